@@ -1,0 +1,129 @@
+//! B-spline curves.
+
+use super::composite::Composite;
+use super::valid_points;
+use crate::core::bezier_form;
+use crate::core::error::{At, Error, Fault, at_least, at_most};
+use crate::core::knots::{Breaks, KnotVector};
+use crate::core::limits;
+use crate::core::point::{Point, magnitude};
+
+/// A B-spline curve on a full knot vector, over its valid range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BSpline<const D: usize> {
+    knots: KnotVector,
+    points: Vec<Point<D>>,
+    closed: bool,
+}
+
+impl<const D: usize> BSpline<D> {
+    /// Checks and joins the parts. `closed` states that the curve ends where it starts.
+    ///
+    /// # Errors
+    /// At `degree`, `knots` or `control_points`; a closed curve whose ends are further apart than
+    /// 1e-9 of its largest coordinate.
+    pub fn new(degree: usize, knots: Vec<f64>, points: Vec<Point<D>>, closed: bool) -> Result<Self, Error> {
+        at_least("as the degree", degree, 1).map_err(|fault| fault.at("degree"))?;
+        at_most("as the degree", degree, limits::DEGREE, "Use a lower degree").map_err(|fault| fault.at("degree"))?;
+        valid_points(&points, degree + 1).at("control_points")?;
+        let knots = KnotVector::new(degree, knots, points.len()).at("knots")?;
+        let curve = BSpline { knots, points, closed };
+        if closed {
+            curve.check_closed()?;
+        }
+        Ok(curve)
+    }
+
+    fn check_closed(&self) -> Result<(), Error> {
+        let spans: Vec<_> = self.knots.spans().collect();
+        let (first, last) = (self.span(spans[0]), self.span(spans[spans.len() - 1]));
+        let gap = first[0].distance(last[self.degree()]);
+        if gap <= limits::CONTINUITY_TOLERANCE * magnitude(&self.points) {
+            return Ok(());
+        }
+        let why = format!("a closed curve ends where it starts, but these ends are {gap:e} apart; leave \"closed\" out");
+        Err(Fault::UnsuitableCurve(why).at("closed"))
+    }
+
+    /// The degree.
+    pub fn degree(&self) -> usize {
+        self.knots.degree()
+    }
+
+    /// The knot vector.
+    pub fn knots(&self) -> &KnotVector {
+        &self.knots
+    }
+
+    /// The control points.
+    pub fn control_points(&self) -> &[Point<D>] {
+        &self.points
+    }
+
+    /// Whether the curve ends where it starts.
+    pub fn closed(&self) -> bool {
+        self.closed
+    }
+
+    /// The Bezier points over `[knots[span], knots[span + 1]]`: both knots are inserted up to full
+    /// multiplicity (Boehm 1980). Convex combinations only; O(d^2).
+    fn span(&self, span: usize) -> Vec<Point<D>> {
+        let d = self.degree();
+        let knots = self.knots.as_slice();
+        let (a, b) = (knots[span], knots[span + 1]);
+        // tau(1) .. tau(2d) are the knots the span depends on; tau(d) = a and tau(d + 1) = b.
+        let tau = |i: usize| knots[span - d + i];
+        let mut points = self.points[span - d..=span].to_vec();
+        // Blossom values f(a^d), f(a^(d-1), b ..), .., f(b ..): the right edge of de Boor's triangle at a.
+        let mut polygon = vec![points[d]];
+        for r in 1..=d {
+            for j in (r..=d).rev() {
+                let alpha = (a - tau(j)) / (tau(j + d + 1 - r) - tau(j));
+                points[j] = points[j - 1].lerp(points[j], alpha);
+            }
+            polygon.push(points[d]);
+        }
+        polygon.reverse();
+        // Bezier points f(a^(d-i), b^i): the left edge of de Boor's triangle at b.
+        let mut bezier = vec![polygon[0]];
+        for r in 1..=d {
+            for j in 0..=d - r {
+                let alpha = (b - a) / (tau(j + d + 1) - a);
+                polygon[j] = polygon[j].lerp(polygon[j + 1], alpha);
+            }
+            bezier.push(polygon[0]);
+        }
+        bezier
+    }
+
+    /// The Bezier segments of the same curve over its valid range. O(spans * d^2).
+    ///
+    /// # Errors
+    /// More spans than [`limits::SEGMENTS`].
+    pub fn composite(&self) -> Result<Composite<D>, Error> {
+        let knots = self.knots.as_slice();
+        let mut breaks = vec![self.knots.domain().0];
+        let mut points = Vec::with_capacity(self.points.len() * 2);
+        for span in self.knots.spans() {
+            breaks.push(knots[span + 1]);
+            points.extend(self.span(span));
+        }
+        Ok(Composite::from_flat(Breaks::new(breaks).at("knots")?, self.degree(), points))
+    }
+
+    /// The value at the arguments `knots[i + 1] .. knots[i + degree]` of the blossom of each segment
+    /// that holds them is control point `i`: this makes the control points of `curve` on `knots`.
+    ///
+    /// The segment is the one in the middle of the arguments, where extrapolation is least.
+    pub(crate) fn control_points_on(curve: &Composite<D>, knots: &[f64], segment_of: impl Fn(f64) -> (usize, f64)) -> Vec<Point<D>> {
+        let d = curve.degree();
+        let arguments = knots[1..knots.len() - 1].windows(d);
+        let value = |arguments: &[f64]| {
+            let middle = 0.5 * (arguments[(d - 1) / 2] + arguments[d / 2]);
+            let (segment, shift) = segment_of(middle);
+            let (a, b) = curve.breaks().interval(segment);
+            bezier_form::blossom(curve.segment(segment), arguments.iter().map(|t| (t - shift - a) / (b - a)))
+        };
+        arguments.map(value).collect()
+    }
+}

@@ -1,0 +1,113 @@
+//! The common ground of all curves: polynomial segments in Bezier form, end to end.
+
+use crate::core::bezier_form::{binomials, elevate, hodograph, horner};
+use crate::core::error::Error;
+use crate::core::knots::Breaks;
+use crate::core::point::{Point, magnitude};
+
+/// Segments of one degree over the intervals between joints. Neighbours need not meet: a B-spline
+/// may jump at a knot of multiplicity `degree + 1`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Composite<const D: usize> {
+    breaks: Breaks,
+    degree: usize,
+    /// `degree + 1` Bezier points for each segment, one segment after the other.
+    points: Vec<Point<D>>,
+}
+
+/// A composite made ready to be evaluated many times.
+#[derive(Debug, Clone)]
+pub struct Evaluator<'a, const D: usize> {
+    breaks: &'a Breaks,
+    degree: usize,
+    /// Bezier points times binomial coefficients.
+    scaled: Vec<Point<D>>,
+}
+
+impl<const D: usize> Composite<D> {
+    /// From the Bezier points of each segment; segments of lower degree are elevated to the highest.
+    /// As many segments as the breaks have intervals, each of at least one point.
+    pub fn from_segments(breaks: Breaks, segments: &[Vec<Point<D>>]) -> Self {
+        debug_assert_eq!(breaks.segments(), segments.len());
+        let degree = segments.iter().map(Vec::len).max().unwrap_or(1) - 1;
+        let mut points = Vec::with_capacity(segments.len() * (degree + 1));
+        for segment in segments {
+            if segment.len() == degree + 1 {
+                points.extend_from_slice(segment);
+            } else {
+                points.extend(elevate(segment, degree));
+            }
+        }
+        Composite { breaks, degree, points }
+    }
+
+    /// From the Bezier points of all segments, one after the other.
+    pub(crate) fn from_flat(breaks: Breaks, degree: usize, points: Vec<Point<D>>) -> Self {
+        debug_assert_eq!(breaks.segments() * (degree + 1), points.len());
+        Composite { breaks, degree, points }
+    }
+
+    /// The joints.
+    pub fn breaks(&self) -> &Breaks {
+        &self.breaks
+    }
+
+    /// The degree of every segment.
+    pub fn degree(&self) -> usize {
+        self.degree
+    }
+
+    /// The Bezier points of one segment.
+    pub fn segment(&self, index: usize) -> &[Point<D>] {
+        &self.points[index * (self.degree + 1)..(index + 1) * (self.degree + 1)]
+    }
+
+    /// The Bezier points of every segment, in order.
+    pub fn segments(&self) -> impl DoubleEndedIterator<Item = &[Point<D>]> + ExactSizeIterator {
+        self.points.chunks_exact(self.degree + 1)
+    }
+
+    /// The largest absolute coordinate of a Bezier point: the unit of rounding errors.
+    pub fn magnitude(&self) -> f64 {
+        magnitude(&self.points)
+    }
+
+    /// The derivative with respect to the curve's own parameter.
+    pub fn derivative(&self) -> Self {
+        let hodographs = self.segments().enumerate().flat_map(|(i, points)| {
+            let (a, b) = self.breaks.interval(i);
+            hodograph(points, b - a)
+        });
+        let points = hodographs.collect();
+        Composite { breaks: self.breaks.clone(), degree: self.degree.saturating_sub(1), points }
+    }
+
+    /// Ready to be evaluated many times.
+    pub fn evaluator(&self) -> Evaluator<'_, D> {
+        let binomials = binomials(self.degree);
+        let scaled = self.points.iter().zip(binomials.iter().cycle()).map(|(&p, &b)| p * b).collect();
+        Evaluator { breaks: &self.breaks, degree: self.degree, scaled }
+    }
+}
+
+impl<const D: usize> Evaluator<'_, D> {
+    /// The point at a parameter of the domain; from the right at a joint, from the left at the end.
+    /// O(log segments + degree).
+    pub fn at(&self, t: f64) -> Point<D> {
+        let segment = self.breaks.segment_at(t);
+        let (u, v) = self.breaks.local(segment, t);
+        self.within(segment, u, v)
+    }
+
+    /// The point of one segment at its own parameter `u`, with `v = 1 - u`.
+    pub fn within(&self, segment: usize, u: f64, v: f64) -> Point<D> {
+        let first = segment * (self.degree + 1);
+        horner(&self.scaled[first..=first + self.degree], u, v)
+    }
+}
+
+/// The composite of one segment over `[0, length]`.
+pub(crate) fn single_segment<const D: usize>(length: f64, bezier: Vec<Point<D>>) -> Result<Composite<D>, Error> {
+    let degree = bezier.len() - 1;
+    Ok(Composite::from_flat(Breaks::new(vec![0.0, length])?, degree, bezier))
+}

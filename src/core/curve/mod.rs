@@ -1,0 +1,65 @@
+//! Curves: one segment, several, or a B-spline, and the Bezier segments they all have in common.
+
+mod bspline;
+mod composite;
+mod piecewise;
+mod single;
+
+pub use bspline::BSpline;
+pub use composite::{Composite, Evaluator};
+pub(crate) use piecewise::PerSegment;
+pub use piecewise::{Bases, Piecewise};
+pub use single::Single;
+
+use super::error::{Error, Fault, at_least, at_most};
+use super::limits;
+use super::point::Point;
+
+/// Any curve.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Curve<const D: usize> {
+    /// One segment of one family.
+    Single(Single<D>),
+    /// Segments joined end to end.
+    Piecewise(Piecewise<D>),
+    /// A B-spline.
+    BSpline(BSpline<D>),
+}
+
+impl<const D: usize> Curve<D> {
+    /// The curve as Bezier segments over its native domain.
+    ///
+    /// # Errors
+    /// A B-spline with more spans than [`limits::SEGMENTS`].
+    pub fn composite(&self) -> Result<Composite<D>, Error> {
+        match self {
+            Curve::Single(curve) => curve.composite(),
+            Curve::Piecewise(curve) => Ok(curve.composite()),
+            Curve::BSpline(curve) => curve.composite(),
+        }
+    }
+
+    /// Whether the curve is declared to end where it starts.
+    pub fn closed(&self) -> bool {
+        match self {
+            Curve::Single(_) => false,
+            Curve::Piecewise(curve) => curve.closed(),
+            Curve::BSpline(curve) => curve.closed(),
+        }
+    }
+}
+
+/// Checks the number of points and that every coordinate is finite.
+pub(crate) fn valid_points<const D: usize>(points: &[Point<D>], least: usize) -> Result<(), Error> {
+    at_least("control points", points.len(), least)?;
+    at_most("control points", points.len(), limits::CONTROL_POINTS, "Send the curve in parts")?;
+    finite_points(points)
+}
+
+/// Checks that every coordinate is finite.
+pub(crate) fn finite_points<const D: usize>(points: &[Point<D>]) -> Result<(), Error> {
+    match points.iter().position(|p| !p.is_finite()) {
+        Some(i) => Err(Fault::Overflow.at(i)),
+        None => Ok(()),
+    }
+}

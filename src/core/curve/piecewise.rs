@@ -1,0 +1,160 @@
+//! Segments joined end to end, sharing a control point at each joint.
+
+use super::composite::Composite;
+use super::valid_points;
+use crate::core::basis::{Basis, ShapeMatrix};
+use crate::core::error::{At, Error, Fault};
+use crate::core::knots::Breaks;
+use crate::core::point::Point;
+
+/// One basis for all segments, or one for each.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Bases {
+    /// The same for every segment.
+    Common(Basis),
+    /// As many as there are segments.
+    PerSegment(Vec<Basis>),
+}
+
+impl Bases {
+    /// The basis of one segment.
+    pub fn of(&self, segment: usize) -> &Basis {
+        match self {
+            Bases::Common(basis) => basis,
+            Bases::PerSegment(bases) => &bases[segment],
+        }
+    }
+
+    /// The bases that occur, each once in the first case, in order of the segments in the second.
+    pub fn as_slice(&self) -> &[Basis] {
+        match self {
+            Bases::Common(basis) => std::slice::from_ref(basis),
+            Bases::PerSegment(bases) => bases,
+        }
+    }
+
+    /// Whether there is a basis for each of this many segments.
+    ///
+    /// # Errors
+    /// [`Fault::WrongCount`].
+    pub fn check_count(&self, segments: usize) -> Result<(), Fault> {
+        match self {
+            Bases::PerSegment(bases) if bases.len() != segments => Err(Fault::WrongCount {
+                what: "bases",
+                count: bases.len(),
+                expected: segments,
+                rule: "give one basis for all segments, or one for each",
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// What `make` gives for the basis of each segment in turn, computed once where all share it.
+    pub(crate) fn map<T, E>(&self, mut make: impl FnMut(usize, &Basis) -> Result<T, E>) -> Result<PerSegment<T>, E> {
+        let made = self.as_slice().iter().enumerate().map(|(i, basis)| make(i, basis));
+        Ok(PerSegment(made.collect::<Result<_, _>>()?))
+    }
+}
+
+/// A value for all segments, or one for each.
+pub(crate) struct PerSegment<T>(Vec<T>);
+
+impl<T> PerSegment<T> {
+    pub(crate) fn of(&self, segment: usize) -> &T {
+        if self.0.len() == 1 { &self.0[0] } else { &self.0[segment] }
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
+        self.0.iter()
+    }
+}
+
+/// A piecewise curve: `segments * order + 1` control points, every `order`-th of them a joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piecewise<const D: usize> {
+    bases: Bases,
+    order: usize,
+    breaks: Breaks,
+    closed: bool,
+    points: Vec<Point<D>>,
+}
+
+impl<const D: usize> Piecewise<D> {
+    /// Checks and joins the parts.
+    ///
+    /// # Errors
+    /// At `bases`, `order` or `control_points`: counts that do not match, a basis that does not suit the
+    /// order or does not start and end at its control points, a closed curve whose end points differ.
+    pub fn new(bases: Bases, order: usize, breaks: Breaks, closed: bool, points: Vec<Point<D>>) -> Result<Self, Error> {
+        let segments = breaks.segments();
+        bases.check_count(segments).map_err(|fault| fault.at("bases"))?;
+        bases.map(|i, basis| joinable(basis, order).map_err(|fault| fault.at(i).at("bases")))?;
+        valid_points(&points, 2).at("control_points")?;
+        let expected = segments * order + 1;
+        if points.len() != expected {
+            let rule = "segments * order + 1, as neighbouring segments share the control point at their joint";
+            return Err(Fault::WrongCount { what: "control points", count: points.len(), expected, rule }.at("control_points"));
+        }
+        let last = points.len() - 1;
+        if closed && points[0] != points[last] {
+            let why = "a closed curve ends at its first control point; repeat it here, or leave \"closed\" out";
+            return Err(Fault::UnsuitableCurve(why.into()).at(last).at("control_points"));
+        }
+        Ok(Piecewise { bases, order, breaks, closed, points })
+    }
+
+    /// The basis or bases.
+    pub fn bases(&self) -> &Bases {
+        &self.bases
+    }
+
+    /// Control points per segment, less one.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// The joints.
+    pub fn breaks(&self) -> &Breaks {
+        &self.breaks
+    }
+
+    /// Whether the last segment joins the first.
+    pub fn closed(&self) -> bool {
+        self.closed
+    }
+
+    /// All control points; every `order`-th is a joint.
+    pub fn control_points(&self) -> &[Point<D>] {
+        &self.points
+    }
+
+    /// The control points of one segment, both joints included.
+    pub fn polygon(&self, segment: usize) -> &[Point<D>] {
+        &self.points[segment * self.order..=(segment + 1) * self.order]
+    }
+
+    /// The Bezier segments of the same curve. O(points), the shape matrices aside.
+    pub fn composite(&self) -> Composite<D> {
+        let matrix = |_, basis: &Basis| Ok::<_, std::convert::Infallible>((!basis.is_identity()).then(|| basis.shape_matrix(self.order)));
+        let Ok(matrices) = self.bases.map(matrix);
+        let bezier = |i: usize| match matrices.of(i) {
+            Some(matrix) => ShapeMatrix::apply(matrix, self.polygon(i)),
+            None => self.polygon(i).to_vec(),
+        };
+        let segments: Vec<_> = (0..self.breaks.segments()).map(bezier).collect();
+        Composite::from_segments(self.breaks.clone(), &segments)
+    }
+}
+
+/// Whether segments of this basis meet in a shared control point.
+fn joinable(basis: &Basis, order: usize) -> Result<(), Fault> {
+    basis.degree(order)?;
+    if basis.interpolates_end_points(order) {
+        return Ok(());
+    }
+    Err(Fault::UnsuitableBasis(
+        "the segments of a piecewise curve share control points, so each basis must start and end at its first and last one: \
+         the first and last row of its shape matrix are unit rows (Chen 2013 Proposition 6)"
+            .into(),
+    ))
+}

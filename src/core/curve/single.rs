@@ -1,0 +1,60 @@
+//! One segment of one family.
+
+use super::composite::{Composite, single_segment};
+use super::valid_points;
+use crate::core::basis::Basis;
+use crate::core::error::{At, Error};
+use crate::core::point::Point;
+
+/// A control polygon and a basis that suits its order. The parameter runs over `[0, 1]`, for
+/// alpha-beta-Bezier over `[0, alpha]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Single<const D: usize> {
+    basis: Basis,
+    points: Vec<Point<D>>,
+}
+
+impl<const D: usize> Single<D> {
+    /// Joins a basis and a control polygon.
+    ///
+    /// # Errors
+    /// At `control_points`: fewer than 2, more than the basis or the limit allows, not finite.
+    pub fn new(basis: Basis, points: Vec<Point<D>>) -> Result<Self, Error> {
+        valid_points(&points, 2).at("control_points")?;
+        basis.degree(points.len() - 1).map_err(|fault| fault.at("control_points"))?;
+        Ok(Single { basis, points })
+    }
+
+    /// The basis.
+    pub fn basis(&self) -> &Basis {
+        &self.basis
+    }
+
+    /// The control polygon.
+    pub fn control_points(&self) -> &[Point<D>] {
+        &self.points
+    }
+
+    /// One less than the number of control points.
+    pub fn order(&self) -> usize {
+        self.points.len() - 1
+    }
+
+    /// The Bezier points of the same curve.
+    pub fn bezier_points(&self) -> Vec<Point<D>> {
+        if self.basis.is_identity() { self.points.clone() } else { self.basis.shape_matrix(self.order()).apply(&self.points) }
+    }
+
+    /// The curve as a composite of one segment.
+    ///
+    /// # Errors
+    /// None that a valid curve can cause: the domain `[0, alpha]` has positive length.
+    pub fn composite(&self) -> Result<Composite<D>, Error> {
+        single_segment(self.basis.length(), self.bezier_points())
+    }
+
+    /// The parts.
+    pub fn into_parts(self) -> (Basis, Vec<Point<D>>) {
+        (self.basis, self.points)
+    }
+}

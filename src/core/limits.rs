@@ -1,0 +1,21 @@
+//! Every size the core accepts, in one table. Checks, messages and the specification read it.
+
+/// The highest polynomial degree of a segment, and the highest order of a derivative.
+pub const DEGREE: usize = 64;
+/// Control points of one curve: what interpolating [`DATA_POINTS`] points returns still fits.
+pub const CONTROL_POINTS: usize = 400_000;
+/// Points to interpolate or to fit.
+pub const DATA_POINTS: usize = 100_000;
+/// Samples in one answer.
+pub const SAMPLES: usize = 200_000;
+/// Points and vectors in one answer: samples times what is asked of each.
+pub const ANSWER_POINTS: usize = 1_000_000;
+/// Segments a subdivision or a fit may produce.
+pub const SEGMENTS: usize = 100_000;
+
+/// Rows of a shape matrix must sum to 1 within this.
+pub const ROW_SUM_TOLERANCE: f64 = 1e-12;
+/// A basis with a larger condition number cannot be solved back to control points with 8 digits.
+pub const CONDITION: f64 = 1e8;
+/// Continuity is measured with this tolerance, relative to the derivatives compared, unless another is given.
+pub const CONTINUITY_TOLERANCE: f64 = 1e-9;

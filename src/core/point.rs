@@ -1,0 +1,136 @@
+//! A point, or a vector, of the plane or of space.
+
+use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Sub};
+
+/// `D` finite coordinates. Points and vectors share the type: a control point, a hodograph's
+/// control vector and a residual are all added and scaled the same way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point<const D: usize>(pub [f64; D]);
+
+impl<const D: usize> Point<D> {
+    /// The origin, or the zero vector.
+    pub const ZERO: Self = Point([0.0; D]);
+
+    /// `self + u * (other - self)`, exact at `u = 0` and `u = 1`.
+    pub fn lerp(self, other: Self, u: f64) -> Self {
+        self * (1.0 - u) + other * u
+    }
+
+    /// The inner product.
+    pub fn dot(self, other: Self) -> f64 {
+        self.0.iter().zip(other.0).map(|(a, b)| a * b).sum()
+    }
+
+    /// The largest absolute coordinate.
+    pub fn max_abs(self) -> f64 {
+        self.0.iter().fold(0.0, |m, x| f64::max(m, x.abs()))
+    }
+
+    /// The Euclidean length; scaled, so that it neither overflows nor vanishes before its value does.
+    pub fn norm(self) -> f64 {
+        let scale = self.max_abs();
+        if scale == 0.0 || !scale.is_finite() {
+            return scale;
+        }
+        let scaled = self.map(|x| x / scale);
+        scale * scaled.dot(scaled).sqrt()
+    }
+
+    /// The distance to another point.
+    pub fn distance(self, other: Self) -> f64 {
+        (self - other).norm()
+    }
+
+    /// The vector of length 1 in this direction, or `None` for the zero vector.
+    pub fn unit(self) -> Option<Self> {
+        let scale = self.max_abs();
+        if scale == 0.0 {
+            return None;
+        }
+        // Two divisions, not one product: 1 / norm overflows for the smallest vectors.
+        let scaled = self.map(|x| x / scale);
+        let length = scaled.dot(scaled).sqrt();
+        Some(scaled.map(|x| x / length))
+    }
+
+    /// The same function of every coordinate.
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Point(self.0.map(f))
+    }
+
+    /// Whether every coordinate is a number.
+    pub fn is_finite(self) -> bool {
+        self.0.iter().all(|x| x.is_finite())
+    }
+}
+
+/// The largest absolute coordinate of a set of points: the unit of rounding errors.
+pub fn magnitude<const D: usize>(points: &[Point<D>]) -> f64 {
+    points.iter().fold(0.0, |m, p| f64::max(m, p.max_abs()))
+}
+
+impl<const D: usize> Add for Point<D> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Point(std::array::from_fn(|i| self.0[i] + other.0[i]))
+    }
+}
+
+impl<const D: usize> AddAssign for Point<D> {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<const D: usize> Sub for Point<D> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Point(std::array::from_fn(|i| self.0[i] - other.0[i]))
+    }
+}
+
+impl<const D: usize> Mul<f64> for Point<D> {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        self.map(|x| x * factor)
+    }
+}
+
+impl<const D: usize> Index<usize> for Point<D> {
+    type Output = f64;
+    fn index(&self, axis: usize) -> &f64 {
+        &self.0[axis]
+    }
+}
+
+impl<const D: usize> IndexMut<usize> for Point<D> {
+    fn index_mut(&mut self, axis: usize) -> &mut f64 {
+        &mut self.0[axis]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn norm_survives_the_ends_of_the_range() {
+        assert_eq!(Point([3e300, 4e300]).norm(), 5e300);
+        assert_eq!(Point([3e-320, 4e-320]).norm(), 5e-320);
+        assert_eq!(Point([0.0, 0.0]).norm(), 0.0);
+    }
+
+    #[test]
+    fn unit_of_the_smallest_vector_has_length_one() {
+        let unit = Point([5e-324, 0.0, -5e-324]).unit().unwrap();
+        assert!((unit.norm() - 1.0).abs() < 1e-15);
+        assert_eq!(Point([0.0, 0.0]).unit(), None);
+    }
+
+    #[test]
+    fn lerp_is_exact_at_both_ends() {
+        let (a, b) = (Point([0.1, 7e15]), Point([0.3, -3.7]));
+        assert_eq!(a.lerp(b, 0.0), a);
+        assert_eq!(a.lerp(b, 1.0), b);
+    }
+}
