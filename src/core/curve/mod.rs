@@ -7,7 +7,6 @@ mod single;
 
 pub use bspline::BSpline;
 pub use composite::{Composite, Evaluator};
-pub(crate) use piecewise::PerSegment;
 pub use piecewise::{Bases, Piecewise};
 pub use single::Single;
 

@@ -3,6 +3,7 @@
 use super::composite::Composite;
 use super::valid_points;
 use crate::core::basis::{Basis, ShapeMatrix};
+use crate::core::bezier_form::elevate;
 use crate::core::error::{At, Error, Fault};
 use crate::core::knots::Breaks;
 use crate::core::point::Point;
@@ -101,6 +102,31 @@ impl<const D: usize> Piecewise<D> {
             return Err(Fault::UnsuitableCurve(why.into()).at(last).at("control_points"));
         }
         Ok(Piecewise { bases, order, breaks, closed, points })
+    }
+
+    /// Segments in these bases that run over a composite curve whose segments meet; lower degrees are
+    /// elevated to `order`. Also the largest condition number met: the factor by which control points
+    /// may amplify relative errors. O(segments).
+    ///
+    /// # Errors
+    /// At `bases`: a basis without a way back from Bezier points (see [`Basis::way_back`]).
+    pub fn from_composite(bases: Bases, order: usize, composite: &Composite<D>, closed: bool) -> Result<(Self, f64), Error> {
+        bases.check_count(composite.breaks().segments()).map_err(|fault| fault.at("bases"))?;
+        let ways = bases.map(|i, basis| basis.way_back(order).map_err(|fault| fault.at(i).at("bases")))?;
+        let condition = ways.iter().map(|way| way.condition).fold(1.0, f64::max);
+        let mut points = Vec::with_capacity(composite.breaks().segments() * order + 1);
+        points.push(composite.segment(0)[0]);
+        for (i, segment) in composite.segments().enumerate() {
+            let control = ways.of(i).control_points(&elevate(segment, order));
+            points.extend_from_slice(&control[1..order]);
+            // The bases interpolate end points: take the joint itself, not its rounded image.
+            points.push(segment[segment.len() - 1]);
+        }
+        if closed {
+            let last = points.len() - 1;
+            points[last] = points[0];
+        }
+        Ok((Piecewise::new(bases, order, composite.breaks().clone(), closed, points)?, condition))
     }
 
     /// The basis or bases.
