@@ -1,5 +1,11 @@
 //! Springline: curves with shape parameters, over HTTP.
 //!
 //! - [`core`]: the mathematics; knows nothing of HTTP or JSON.
+//! - [`http`]: the edge: routes, what the JSON looks like, errors, the specification.
+//! - [`server`]: runs the service on a listener until it is told to stop.
+//! - [`config`]: the settings.
 
+pub mod config;
 pub mod core;
+pub mod http;
+pub mod server;

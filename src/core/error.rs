@@ -136,6 +136,22 @@ pub enum Fault {
     /// Options that exclude each other.
     #[error("{0}")]
     Contradiction(String),
+    /// A part that the object needs is not there.
+    #[error("the field `{field}` is missing{}", if *.field == "beta" { " (or `lambda`, its reciprocal)" } else { "" })]
+    Missing {
+        /// Its name.
+        field: &'static str,
+    },
+    /// A part that belongs to another variant of the object.
+    #[error("`{field}` does not belong to {of}; it belongs to {owners}")]
+    ForeignField {
+        /// Its name.
+        field: &'static str,
+        /// The variant given.
+        of: &'static str,
+        /// The variants that have it.
+        owners: String,
+    },
     /// A shape matrix without full rank.
     #[error(
         "the shape matrix has rank {rank}, but {columns} control points need rank {columns}: \
@@ -223,14 +239,14 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 /// Adds a step to the place of an error on its way out.
-pub trait At {
+pub trait At<T> {
     /// The same result, its error seen from one level further out.
-    fn at(self, step: impl Into<Step>) -> Self;
+    fn at(self, step: impl Into<Step>) -> Result<T, Error>;
 }
 
-impl<T> At for Result<T, Error> {
-    fn at(self, step: impl Into<Step>) -> Self {
-        self.map_err(|error| error.at(step))
+impl<T, E: Into<Error>> At<T> for Result<T, E> {
+    fn at(self, step: impl Into<Step>) -> Result<T, Error> {
+        self.map_err(|error| error.into().at(step))
     }
 }
 

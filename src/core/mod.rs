@@ -7,9 +7,14 @@
 
 pub mod basis;
 pub mod bezier_form;
+pub mod continuity;
 pub mod curve;
 pub mod error;
+pub mod evaluate;
+pub mod interpolate;
 pub mod knots;
 pub mod limits;
 pub mod parameterization;
 pub mod point;
+pub mod subdivide;
+pub mod to_bspline;

@@ -2,7 +2,6 @@
 
 use super::composite::Composite;
 use super::valid_points;
-use crate::core::bezier_form;
 use crate::core::error::{At, Error, Fault, at_least, at_most};
 use crate::core::knots::{Breaks, KnotVector};
 use crate::core::limits;
@@ -23,8 +22,8 @@ impl<const D: usize> BSpline<D> {
     /// At `degree`, `knots` or `control_points`; a closed curve whose ends are further apart than
     /// 1e-9 of its largest coordinate.
     pub fn new(degree: usize, knots: Vec<f64>, points: Vec<Point<D>>, closed: bool) -> Result<Self, Error> {
-        at_least("as the degree", degree, 1).map_err(|fault| fault.at("degree"))?;
-        at_most("as the degree", degree, limits::DEGREE, "Use a lower degree").map_err(|fault| fault.at("degree"))?;
+        at_least("as the degree", degree, 1).at("degree")?;
+        at_most("as the degree", degree, limits::DEGREE, "Use a lower degree").at("degree")?;
         valid_points(&points, degree + 1).at("control_points")?;
         let knots = KnotVector::new(degree, knots, points.len()).at("knots")?;
         let curve = BSpline { knots, points, closed };
@@ -58,6 +57,11 @@ impl<const D: usize> BSpline<D> {
     /// The control points.
     pub fn control_points(&self) -> &[Point<D>] {
         &self.points
+    }
+
+    /// The control points, taken out.
+    pub fn into_control_points(self) -> Vec<Point<D>> {
+        self.points
     }
 
     /// Whether the curve ends where it starts.
@@ -109,21 +113,5 @@ impl<const D: usize> BSpline<D> {
             points.extend(self.span(span));
         }
         Ok(Composite::from_flat(Breaks::new(breaks).at("knots")?, self.degree(), points))
-    }
-
-    /// The value at the arguments `knots[i + 1] .. knots[i + degree]` of the blossom of each segment
-    /// that holds them is control point `i`: this makes the control points of `curve` on `knots`.
-    ///
-    /// The segment is the one in the middle of the arguments, where extrapolation is least.
-    pub(crate) fn control_points_on(curve: &Composite<D>, knots: &[f64], segment_of: impl Fn(f64) -> (usize, f64)) -> Vec<Point<D>> {
-        let d = curve.degree();
-        let arguments = knots[1..knots.len() - 1].windows(d);
-        let value = |arguments: &[f64]| {
-            let middle = 0.5 * (arguments[(d - 1) / 2] + arguments[d / 2]);
-            let (segment, shift) = segment_of(middle);
-            let (a, b) = curve.breaks().interval(segment);
-            bezier_form::blossom(curve.segment(segment), arguments.iter().map(|t| (t - shift - a) / (b - a)))
-        };
-        arguments.map(value).collect()
     }
 }

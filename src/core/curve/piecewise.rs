@@ -88,8 +88,8 @@ impl<const D: usize> Piecewise<D> {
     /// order or does not start and end at its control points, a closed curve whose end points differ.
     pub fn new(bases: Bases, order: usize, breaks: Breaks, closed: bool, points: Vec<Point<D>>) -> Result<Self, Error> {
         let segments = breaks.segments();
-        bases.check_count(segments).map_err(|fault| fault.at("bases"))?;
-        bases.map(|i, basis| joinable(basis, order).map_err(|fault| fault.at(i).at("bases")))?;
+        bases.check_count(segments).at("bases")?;
+        bases.map(|i, basis| joinable(basis, order).at(i).at("bases"))?;
         valid_points(&points, 2).at("control_points")?;
         let expected = segments * order + 1;
         if points.len() != expected {
@@ -111,8 +111,8 @@ impl<const D: usize> Piecewise<D> {
     /// # Errors
     /// At `bases`: a basis without a way back from Bezier points (see [`Basis::way_back`]).
     pub fn from_composite(bases: Bases, order: usize, composite: &Composite<D>, closed: bool) -> Result<(Self, f64), Error> {
-        bases.check_count(composite.breaks().segments()).map_err(|fault| fault.at("bases"))?;
-        let ways = bases.map(|i, basis| basis.way_back(order).map_err(|fault| fault.at(i).at("bases")))?;
+        bases.check_count(composite.breaks().segments()).at("bases")?;
+        let ways = bases.map(|i, basis| basis.way_back(order).at(i).at("bases"))?;
         let condition = ways.iter().map(|way| way.condition).fold(1.0, f64::max);
         let mut points = Vec::with_capacity(composite.breaks().segments() * order + 1);
         points.push(composite.segment(0)[0]);
@@ -142,6 +142,11 @@ impl<const D: usize> Piecewise<D> {
     /// The joints.
     pub fn breaks(&self) -> &Breaks {
         &self.breaks
+    }
+
+    /// The control points, taken out.
+    pub fn into_control_points(self) -> Vec<Point<D>> {
+        self.points
     }
 
     /// Whether the last segment joins the first.

@@ -21,7 +21,7 @@ impl<const D: usize> Single<D> {
     /// At `control_points`: fewer than 2, more than the basis or the limit allows, not finite.
     pub fn new(basis: Basis, points: Vec<Point<D>>) -> Result<Self, Error> {
         valid_points(&points, 2).at("control_points")?;
-        basis.degree(points.len() - 1).map_err(|fault| fault.at("control_points"))?;
+        basis.degree(points.len() - 1).at("control_points")?;
         Ok(Single { basis, points })
     }
 

@@ -1,0 +1,302 @@
+//! Points, derivatives and the moving frame along a curve.
+
+use super::bezier_form::{chord_error, split};
+use super::continuity::derivative_scale;
+use super::curve::{Composite, Curve};
+use super::error::{At, Error, Fault, at_least, at_most};
+use super::limits;
+use super::point::Point;
+
+/// Where to sample.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Sampling {
+    /// This many parameters at equal distances, both ends of the domain included; at least 2.
+    Count(usize),
+    /// At these parameters, each inside the domain.
+    Parameters(Vec<f64>),
+    /// At as many parameters as it takes for the polyline to stay this close to the curve.
+    Tolerance(f64),
+}
+
+/// What to compute besides points and derivatives.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Quantities {
+    /// The unit tangent.
+    pub tangent: bool,
+    /// The unit normal: in the plane the tangent turned left by 90 degrees, in space the principal normal.
+    pub normal: bool,
+    /// The curvature: in the plane positive where the curve turns left, in space never negative.
+    pub curvature: bool,
+    /// The torsion, in space only.
+    pub torsion: bool,
+    /// The length of the first derivative.
+    pub speed: bool,
+}
+
+/// Samples of a curve; every list has one entry for each parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Samples<const D: usize> {
+    /// First and last parameter of the curve.
+    pub domain: (f64, f64),
+    /// The parameters sampled.
+    pub parameters: Vec<f64>,
+    /// The points there.
+    pub points: Vec<Point<D>>,
+    /// `derivatives[k - 1]`: the `k`-th derivatives with respect to the curve's own parameter, from the right at a joint.
+    pub derivatives: Vec<Vec<Point<D>>>,
+    /// The quantities asked for.
+    pub frames: Frames<D>,
+}
+
+/// The quantities of [`Quantities`], each empty unless asked for, and where they do not exist.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Frames<const D: usize> {
+    /// Unit tangents; zero where undefined.
+    pub tangents: Vec<Point<D>>,
+    /// Unit normals; zero where undefined.
+    pub normals: Vec<Point<D>>,
+    /// Curvatures; 0 where undefined.
+    pub curvatures: Vec<f64>,
+    /// Torsions; 0 where undefined.
+    pub torsions: Vec<f64>,
+    /// Speeds.
+    pub speeds: Vec<f64>,
+    /// The samples at which a quantity asked for does not exist.
+    pub degenerate: Vec<Degenerate>,
+}
+
+/// A sample at which the frame is not defined.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Degenerate {
+    /// Position in the list of parameters.
+    pub index: usize,
+    /// Whether the speed is zero, within rounding: then only the speed exists. Otherwise the curve is
+    /// straight there to second order: a curve in space has no normal and no torsion.
+    pub zero_speed: bool,
+}
+
+/// Samples a curve. O(samples * (derivatives + 1) * degree) after O(segments * degree).
+///
+/// # Errors
+/// At `sampling`: a count below 2, a parameter outside the domain, a tolerance that is not positive or below
+/// rounding; more samples than [`limits::SAMPLES`]. At `derivatives`: more than [`limits::DEGREE`]. At
+/// `quantities`: the torsion of a plane curve.
+pub fn evaluate<const D: usize>(
+    curve: &Curve<D>,
+    sampling: &Sampling,
+    derivatives: usize,
+    quantities: Quantities,
+) -> Result<Samples<D>, Error> {
+    at_most("orders of derivatives", derivatives, limits::DEGREE, "Higher derivatives of these polynomials are zero").at("derivatives")?;
+    if quantities.torsion && D != 3 {
+        return Err(Fault::UnsuitableCurve("a plane curve has no torsion; ask for it with 3D control points".into()).at("quantities"));
+    }
+    let composite = curve.composite().at("curve")?;
+    let parameters = parameters(&composite, sampling)?;
+    let asked = 1 + derivatives + usize::from(quantities.tangent) + usize::from(quantities.normal);
+    at_most("points and vectors in the answer", parameters.len() * asked, limits::ANSWER_POINTS, "Ask for fewer samples or derivatives")?;
+    let jets = jets(&composite, &parameters, derivatives.max(quantities.highest_derivative()));
+    let frames = frames(&composite, &parameters, &jets, quantities);
+    let mut lists = jets.into_iter();
+    let points = lists.next().unwrap_or_default();
+    Ok(Samples { domain: composite.breaks().domain(), parameters, points, derivatives: lists.take(derivatives).collect(), frames })
+}
+
+impl Quantities {
+    fn highest_derivative(self) -> usize {
+        match self {
+            Quantities { torsion: true, .. } => 3,
+            Quantities { normal: true, .. } | Quantities { curvature: true, .. } => 2,
+            Quantities { tangent: true, .. } | Quantities { speed: true, .. } => 1,
+            _ => 0,
+        }
+    }
+}
+
+/// `lists[k][i]`: the `k`-th derivative at parameter `i`.
+fn jets<const D: usize>(composite: &Composite<D>, parameters: &[f64], highest: usize) -> Vec<Vec<Point<D>>> {
+    let breaks = composite.breaks();
+    let place = |&t: &f64| {
+        let segment = breaks.segment_at(t);
+        let (u, v) = breaks.local(segment, t);
+        (segment, u, v)
+    };
+    let places: Vec<_> = parameters.iter().map(place).collect();
+    let derivatives = std::iter::successors(Some(composite.clone()), |c| Some(c.derivative()));
+    let sample = |curve: Composite<D>| {
+        let evaluator = curve.evaluator();
+        places.iter().map(|&(segment, u, v)| evaluator.within(segment, u, v)).collect()
+    };
+    derivatives.take(highest + 1).map(sample).collect()
+}
+
+fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> Result<Vec<f64>, Error> {
+    const ADVICE: &str = "Sample the curve in parts";
+    let (a, b) = composite.breaks().domain();
+    match sampling {
+        Sampling::Count(count) => {
+            let checked = at_least("samples", *count, 2).and_then(|()| at_most("samples", *count, limits::SAMPLES, ADVICE));
+            checked.at("count").at("sampling")?;
+            let last = (count - 1) as f64;
+            Ok((0..*count).map(|i| if i + 1 == *count { b } else { (a + (b - a) * (i as f64 / last)).min(b) }).collect())
+        }
+        Sampling::Parameters(values) => {
+            let in_values = |error: Error| error.at("values").at("sampling");
+            at_most("samples", values.len(), limits::SAMPLES, ADVICE).map_err(|fault| in_values(fault.into()))?;
+            at_least("parameters", values.len(), 1).map_err(|fault| in_values(fault.into()))?;
+            within_domain(values, a, b).map_err(in_values)?;
+            Ok(values.clone())
+        }
+        Sampling::Tolerance(tolerance) => {
+            check_tolerance(*tolerance, composite.magnitude()).at("tolerance").at("sampling")?;
+            let pieces = flat_pieces(composite, *tolerance, limits::SAMPLES - 1).at("tolerance").at("sampling")?;
+            Ok(std::iter::once(a).chain(pieces.into_iter().map(|piece| piece.end)).collect())
+        }
+    }
+}
+
+/// Refuses parameters outside a domain; nothing is clamped or extrapolated.
+pub(crate) fn within_domain(values: &[f64], a: f64, b: f64) -> Result<(), Error> {
+    match values.iter().position(|t| !(a..=b).contains(t)) {
+        None => Ok(()),
+        Some(i) => {
+            let allowed = format!("the curve's domain, {a:?} <= t <= {b:?}");
+            Err(Fault::OutOfRange { what: "the parameter", value: values[i], allowed }.at(i))
+        }
+    }
+}
+
+/// Refuses a tolerance that is not positive, or that rounding errors of coordinates this large exceed.
+pub(crate) fn check_tolerance(tolerance: f64, magnitude: f64) -> Result<(), Error> {
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        let allowed = "a positive distance, in the unit of the coordinates".into();
+        return Err(Fault::OutOfRange { what: "tolerance", value: tolerance, allowed }.into());
+    }
+    let least = 64.0 * f64::EPSILON * magnitude;
+    if tolerance < least { Err(Fault::ToleranceTooSmall { tolerance, least }.into()) } else { Ok(()) }
+}
+
+/// A piece of one segment that its chord represents within a tolerance.
+#[derive(Debug, Clone)]
+pub(crate) struct Piece<const D: usize> {
+    /// The segment it is of.
+    pub segment: usize,
+    /// Its last parameter; it starts where the one before ends.
+    pub end: f64,
+    /// Its Bezier points.
+    pub points: Vec<Point<D>>,
+}
+
+/// Halves segments until every piece is within the tolerance of its chord, by the bound of
+/// [`chord_error`]: proved, not sampled. Pieces come in order.
+pub(crate) fn flat_pieces<const D: usize>(composite: &Composite<D>, tolerance: f64, most: usize) -> Result<Vec<Piece<D>>, Fault> {
+    let mut pieces = Vec::new();
+    for (segment, points) in composite.segments().enumerate() {
+        let (a, b) = composite.breaks().interval(segment);
+        let mut stack = vec![(a, b, points.to_vec())];
+        while let Some((start, end, points)) = stack.pop() {
+            let middle = start + 0.5 * (end - start);
+            // An interval without a double inside cannot be halved; its chord is as good as it gets.
+            if chord_error(&points) <= tolerance || middle <= start || middle >= end {
+                pieces.push(Piece { segment, end, points });
+            } else {
+                let (left, right) = split(&points, 0.5);
+                stack.push((middle, end, right));
+                stack.push((start, middle, left));
+            }
+            let least = pieces.len() + stack.len();
+            at_most("pieces or more are needed for this tolerance", least, most, "Raise the tolerance, or take the curve in parts")?;
+        }
+    }
+    Ok(pieces)
+}
+
+fn frames<const D: usize>(composite: &Composite<D>, parameters: &[f64], jets: &[Vec<Point<D>>], wanted: Quantities) -> Frames<D> {
+    let mut frames = Frames::default();
+    if wanted == Quantities::default() {
+        return frames;
+    }
+    let magnitude = composite.magnitude();
+    for (index, &t) in parameters.iter().enumerate() {
+        let (a, b) = composite.breaks().interval(composite.breaks().segment_at(t));
+        let rounding = |k| 8.0 * f64::EPSILON * magnitude * derivative_scale(composite.degree(), k, b - a);
+        let jet = |k: usize| jets.get(k).map_or(Point::ZERO, |list| list[index]);
+        let frame = Frame::new([jet(1), jet(2), jet(3)], [rounding(1), rounding(2)]);
+        frames.push(index, frame, wanted);
+    }
+    frames
+}
+
+/// The moving frame at one parameter; what does not exist is `None`.
+struct Frame<const D: usize> {
+    speed: f64,
+    tangent: Option<Point<D>>,
+    normal: Option<Point<D>>,
+    curvature: Option<f64>,
+    torsion: Option<f64>,
+}
+
+impl<const D: usize> Frame<D> {
+    /// From the first three derivatives and the rounding errors of the first two.
+    fn new([first, second, third]: [Point<D>; 3], rounding: [f64; 2]) -> Self {
+        let speed = first.norm();
+        let tangent = if speed > rounding[0] { first.unit() } else { None };
+        let Some(t) = tangent else {
+            return Frame { speed, tangent: None, normal: None, curvature: None, torsion: None };
+        };
+        // The part of the second derivative across the tangent: curvature times speed squared.
+        let across = second - t * t.dot(second);
+        let bend = across.norm();
+        if D == 2 {
+            let left = Self::left_of(t);
+            let curvature = left.dot(second) / speed / speed;
+            return Frame { speed, tangent, normal: Some(left), curvature: Some(curvature), torsion: None };
+        }
+        let normal = if bend > rounding[1] { across.unit() } else { None };
+        let torsion = normal.map(|n| triple(t, n, third) / bend / speed);
+        Frame { speed, tangent, normal, curvature: Some(bend / speed / speed), torsion }
+    }
+
+    /// A vector of the plane turned left by 90 degrees.
+    fn left_of(vector: Point<D>) -> Point<D> {
+        let mut left = Point::ZERO;
+        left[0] = -vector[1];
+        left[1] = vector[0];
+        left
+    }
+}
+
+/// The determinant of three vectors of space; 0 in the plane.
+fn triple<const D: usize>(a: Point<D>, b: Point<D>, c: Point<D>) -> f64 {
+    if D != 3 {
+        return 0.0;
+    }
+    a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+}
+
+impl<const D: usize> Frames<D> {
+    fn push(&mut self, index: usize, frame: Frame<D>, wanted: Quantities) {
+        let vector = |list: &mut Vec<Point<D>>, asked: bool, value: Option<Point<D>>| {
+            if asked {
+                list.push(value.unwrap_or(Point::ZERO));
+            }
+            asked && value.is_none()
+        };
+        let number = |list: &mut Vec<f64>, asked: bool, value: Option<f64>| {
+            if asked {
+                list.push(value.unwrap_or(0.0));
+            }
+            asked && value.is_none()
+        };
+        let missing = [
+            vector(&mut self.tangents, wanted.tangent, frame.tangent),
+            vector(&mut self.normals, wanted.normal, frame.normal),
+            number(&mut self.curvatures, wanted.curvature, frame.curvature),
+            number(&mut self.torsions, wanted.torsion, frame.torsion),
+            number(&mut self.speeds, wanted.speed, Some(frame.speed)),
+        ];
+        if missing.contains(&true) {
+            self.degenerate.push(Degenerate { index, zero_speed: frame.tangent.is_none() });
+        }
+    }
+}

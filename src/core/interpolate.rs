@@ -1,0 +1,218 @@
+//! Composite cubics through points.
+
+use super::continuity::{Report, continuity};
+use super::curve::{Bases, Composite, Piecewise, finite_points};
+use super::error::{At, Error, Fault, at_least, at_most};
+use super::knots::Breaks;
+use super::limits;
+use super::parameterization::Parameterization;
+use super::point::Point;
+
+/// What holds at one end of an open curve.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum End<const D: usize> {
+    /// The second derivative vanishes.
+    #[default]
+    Natural,
+    /// The two segments nearest to the end are one cubic.
+    NotAKnot,
+    /// The first derivative is given.
+    Derivative(Point<D>),
+}
+
+/// Whether the curve returns to its first point, and if not, what holds at its ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape<const D: usize> {
+    /// C2 also where it closes.
+    Closed,
+    /// With a condition at the start and one at the end.
+    Open(End<D>, End<D>),
+}
+
+/// A composite cubic through points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interpolant<const D: usize> {
+    /// The curve, of order 3, one segment between neighbouring points.
+    pub curve: Piecewise<D>,
+    /// Its continuity, measured on the curve returned.
+    pub continuity: Report,
+    /// The largest 2-norm condition number of the bases.
+    pub condition: f64,
+}
+
+/// The C2 cubic through the points in turn, its segments written in the bases given. O(points).
+///
+/// The curve does not depend on the shape parameters: there is one C2 composite cubic through the points for
+/// these knots and end conditions, and the bases only change its control points. So the spline is solved once
+/// for its derivatives at the points, a tridiagonal system that is well conditioned whatever the bases.
+///
+/// # Errors
+/// At `points`: fewer than 2 (closed: 3), more than [`limits::DATA_POINTS`], neighbours that coincide where
+/// distances make the knots. At `parameterization`: knots that do not fit. At `start` or `end`: a not-a-knot
+/// condition with too few points. At `basis` or `bases`: not a cubic basis with a way back to control points.
+pub fn interpolate<const D: usize>(
+    points: &[Point<D>],
+    shape: Shape<D>,
+    bases: Bases,
+    parameterization: &Parameterization,
+) -> Result<Interpolant<D>, Error> {
+    check(points, shape)?;
+    let closed = shape == Shape::Closed;
+    let segments = points.len() - usize::from(!closed);
+    check_bases(&bases, segments)?;
+    let breaks = parameterization.knots(points, closed)?;
+    let derivatives = match shape {
+        Shape::Closed => closed_derivatives(points, &breaks),
+        Shape::Open(start, end) => open_derivatives(points, &breaks, start, end),
+    };
+    let composite = hermite(points, &derivatives, breaks);
+    if composite.segments().flatten().any(|p| !p.is_finite()) {
+        return Err(Fault::Overflow.into());
+    }
+    let (curve, condition) = Piecewise::from_composite(bases, 3, &composite, closed)?;
+    let continuity = continuity(&curve.composite(), closed, limits::CONTINUITY_TOLERANCE);
+    Ok(Interpolant { curve, continuity, condition })
+}
+
+fn check<const D: usize>(points: &[Point<D>], shape: Shape<D>) -> Result<(), Error> {
+    let in_points = |fault: Fault| fault.at("points");
+    at_least("points", points.len(), if shape == Shape::Closed { 3 } else { 2 }).map_err(in_points)?;
+    at_most("points", points.len(), limits::DATA_POINTS, "Interpolate them in parts").map_err(in_points)?;
+    finite_points(points).at("points")?;
+    if let Shape::Open(start, end) = shape {
+        let both = start == End::NotAKnot && end == End::NotAKnot;
+        let least = if both { 4 } else { 3 };
+        for (name, condition) in [("start", start), ("end", end)] {
+            if condition == End::NotAKnot && points.len() < least {
+                let what = if both { "points with not-a-knot at both ends" } else { "points with not-a-knot at one end" };
+                return Err(Fault::TooFew { what, count: points.len(), least }.at(name));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a basis that cannot write every cubic, at `basis` or at its place in `bases`.
+fn check_bases(bases: &Bases, segments: usize) -> Result<(), Error> {
+    bases.check_count(segments).at("bases")?;
+    let check = |basis: &super::basis::Basis| {
+        basis.way_back(3)?;
+        if basis.interpolates_end_points(3) {
+            return Ok(());
+        }
+        let why = "segments share control points at their joints, so the basis must start and end at its first and last one";
+        Err(Fault::UnsuitableBasis(why.into()))
+    };
+    match bases {
+        Bases::Common(basis) => check(basis).at("basis"),
+        Bases::PerSegment(bases) => bases.iter().enumerate().try_for_each(|(i, basis)| check(basis).at(i).at("bases")),
+    }
+}
+
+/// Bezier segments from points and derivatives.
+fn hermite<const D: usize>(points: &[Point<D>], derivatives: &[Point<D>], breaks: Breaks) -> Composite<D> {
+    let n = points.len();
+    let segment = |i: usize| {
+        let (a, b) = breaks.interval(i);
+        let third = (b - a) / 3.0;
+        let next = (i + 1) % n;
+        [points[i], points[i] + derivatives[i] * third, points[next] - derivatives[next] * third, points[next]]
+    };
+    let bezier = (0..breaks.segments()).flat_map(segment).collect();
+    Composite::from_flat(breaks.clone(), 3, bezier)
+}
+
+/// One row of the tridiagonal system for the derivatives at the points.
+#[derive(Debug, Clone, Copy)]
+struct Row<const D: usize> {
+    before: f64,
+    diagonal: f64,
+    after: f64,
+    right: Point<D>,
+}
+
+/// C2 at the point between intervals of lengths `h` and `k` with mean slopes `s` and `t` (de Boor 1978, IV (7)),
+/// divided by `h + k` so that its size does not depend on theirs.
+fn inner_row<const D: usize>(h: f64, s: Point<D>, k: f64, t: Point<D>) -> Row<D> {
+    let (w, x) = (k / (h + k), h / (h + k));
+    Row { before: w, diagonal: 2.0, after: x, right: (s * w + t * x) * 3.0 }
+}
+
+/// The condition at an end whose interval has length `h` and mean slope `s`; the next one `k` and `t`. Given for
+/// the start; at the end the roles of `before` and `after` change.
+fn end_row<const D: usize>(end: End<D>, h: f64, s: Point<D>, k: f64, t: Point<D>) -> Row<D> {
+    match end {
+        End::Natural => Row { before: 0.0, diagonal: 2.0, after: 1.0, right: s * 3.0 },
+        End::Derivative(vector) => Row { before: 0.0, diagonal: 1.0, after: 0.0, right: vector },
+        // De Boor 1978, IV (10), divided by h + k.
+        End::NotAKnot => {
+            let (w, x) = (k / (h + k), h / (h + k));
+            Row { before: 0.0, diagonal: w, after: 1.0, right: s * (w * (2.0 + x)) + t * (x * x) }
+        }
+    }
+}
+
+/// Lengths and mean slopes of the intervals.
+fn slopes<const D: usize>(points: &[Point<D>], breaks: &Breaks) -> (Vec<f64>, Vec<Point<D>>) {
+    let lengths: Vec<f64> = breaks.as_slice().windows(2).map(|t| t[1] - t[0]).collect();
+    let slope = |(i, &h): (usize, &f64)| (points[(i + 1) % points.len()] - points[i]).map(|x| x / h);
+    let slopes = lengths.iter().enumerate().map(slope).collect();
+    (lengths, slopes)
+}
+
+fn open_derivatives<const D: usize>(points: &[Point<D>], breaks: &Breaks, start: End<D>, end: End<D>) -> Vec<Point<D>> {
+    let (h, s) = slopes(points, breaks);
+    let last = h.len() - 1;
+    let inner = (0..last).map(|i| inner_row(h[i], s[i], h[i + 1], s[i + 1]));
+    let second = 1.min(last);
+    let first_row = end_row(start, h[0], s[0], h[second], s[second]);
+    let next = last.saturating_sub(1);
+    let last_row = end_row(end, h[last], s[last], h[next], s[next]);
+    let mirrored = Row { before: last_row.after, after: last_row.before, ..last_row };
+    let rows: Vec<_> = std::iter::once(first_row).chain(inner).chain(std::iter::once(mirrored)).collect();
+    tridiagonal(&rows)
+}
+
+/// Gaussian elimination without pivoting: the rows are diagonally dominant, but for a not-a-knot row at an
+/// end, after whose elimination the rest is.
+fn tridiagonal<const D: usize>(rows: &[Row<D>]) -> Vec<Point<D>> {
+    let mut upper = Vec::with_capacity(rows.len());
+    let mut solution: Vec<Point<D>> = Vec::with_capacity(rows.len());
+    for row in rows {
+        let (carried, right) = match (upper.last(), solution.last()) {
+            (Some(&up), Some(&before)) => (row.before * up, row.right - before * row.before),
+            _ => (0.0, row.right),
+        };
+        let pivot = row.diagonal - carried;
+        upper.push(row.after / pivot);
+        solution.push(right.map(|x| x / pivot));
+    }
+    for i in (1..solution.len()).rev() {
+        solution[i - 1] = solution[i - 1] - solution[i] * upper[i - 1];
+    }
+    solution
+}
+
+/// The cyclic system, by taking the last derivative `m` as known: the others are `x - m y` with two tridiagonal
+/// solutions, and the last row then gives `m`.
+fn closed_derivatives<const D: usize>(points: &[Point<D>], breaks: &Breaks) -> Vec<Point<D>> {
+    let (h, s) = slopes(points, breaks);
+    let n = h.len();
+    let row = |i: usize| {
+        let before = (i + n - 1) % n;
+        inner_row(h[before], s[before], h[i], s[i])
+    };
+    let rows: Vec<Row<D>> = (0..n - 1).map(row).collect();
+    let x = tridiagonal(&rows);
+    let unit = |i: usize, row: &Row<D>| {
+        let first = if i == 0 { row.before } else { 0.0 };
+        let right = if i == n - 2 { first + row.after } else { first };
+        Row { before: row.before, diagonal: row.diagonal, after: row.after, right: Point([right]) }
+    };
+    let y = tridiagonal(&rows.iter().enumerate().map(|(i, r)| unit(i, r)).collect::<Vec<_>>());
+    let last = row(n - 1);
+    let right = last.right - x[n - 2] * last.before - x[0] * last.after;
+    let pivot = last.diagonal - y[n - 2][0] * last.before - y[0][0] * last.after;
+    let m = right.map(|x| x / pivot);
+    x.iter().zip(&y).map(|(&x, y)| x - m * y[0]).chain(std::iter::once(m)).collect()
+}

@@ -1,0 +1,195 @@
+//! Cutting a curve into pieces that together run over the same curve.
+
+use super::basis::{Basis, Bezier};
+use super::bezier_form::{evaluate, split};
+use super::curve::{Bases, Composite, Curve, Piecewise};
+use super::error::{At, Error, Fault, at_most, increasing};
+use super::evaluate::{Piece, check_tolerance, flat_pieces, within_domain};
+use super::knots::Breaks;
+use super::limits;
+use super::point::Point;
+
+/// Where to cut.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cuts {
+    /// At these parameters, which increase strictly and lie inside the domain. An end or an existing
+    /// joint is no new cut.
+    Parameters(Vec<f64>),
+    /// Every segment in two, so many times over: `2^depth` pieces of each.
+    Depth(usize),
+    /// Segments in halves until every piece is this close to its chord.
+    Flatness(f64),
+}
+
+/// In which basis the pieces are wanted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Form {
+    /// In their own family where that keeps 8 digits, else as Bezier curves.
+    #[default]
+    Auto,
+    /// In their own family, with the same shape parameters.
+    Family,
+    /// As Bezier curves.
+    Bezier,
+}
+
+/// A curve cut into pieces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Subdivision<const D: usize> {
+    /// The pieces, over the domain of the input: equal to the input at every parameter.
+    pub curve: Piecewise<D>,
+    /// The parameters of the cuts.
+    pub split_parameters: Vec<f64>,
+    /// The points there.
+    pub split_points: Vec<Point<D>>,
+    /// Whether the pieces are in their own family.
+    pub in_family: bool,
+    /// By how much the control points may amplify relative rounding errors: the largest 2-norm condition
+    /// number of the shape matrices; 1 for Bezier pieces.
+    pub condition: f64,
+}
+
+/// Cuts a curve. O(pieces * degree^2).
+///
+/// # Errors
+/// At `at`: parameters that do not increase or leave the domain, a tolerance below rounding, more pieces than
+/// [`limits::SEGMENTS`]. At `form`: the family form of a curve that has none. At `curve`: a B-spline that jumps.
+pub fn subdivide<const D: usize>(curve: &Curve<D>, cuts: &Cuts, form: Form) -> Result<Subdivision<D>, Error> {
+    let composite = curve.composite().at("curve")?;
+    let pieces = match cuts {
+        Cuts::Parameters(values) => cut_at(&composite, values).at("values"),
+        Cuts::Depth(depth) => halved(&composite, *depth).at("depth"),
+        Cuts::Flatness(tolerance) => flat(&composite, *tolerance).at("tolerance"),
+    };
+    let pieces = pieces.at("at")?;
+    let cut = Composite::from_segments(breaks(&composite, &pieces)?, &pieces.iter().map(|p| p.points.clone()).collect::<Vec<_>>());
+    check_joined(&cut).at("curve")?;
+    let (in_family, (pieces_curve, condition)) = assemble(curve, &cut, &pieces, form)?;
+    let (split_parameters, split_points) = match cuts {
+        Cuts::Parameters(values) => (values.clone(), values.iter().map(|&t| point_at(&composite, t)).collect()),
+        _ => new_joints(&composite, &cut),
+    };
+    Ok(Subdivision { curve: pieces_curve, split_parameters, split_points, in_family, condition })
+}
+
+fn breaks<const D: usize>(composite: &Composite<D>, pieces: &[Piece<D>]) -> Result<Breaks, Error> {
+    let start = composite.breaks().domain().0;
+    Breaks::new(std::iter::once(start).chain(pieces.iter().map(|piece| piece.end)).collect())
+}
+
+fn point_at<const D: usize>(composite: &Composite<D>, t: f64) -> Point<D> {
+    let segment = composite.breaks().segment_at(t);
+    evaluate(composite.segment(segment), composite.breaks().local(segment, t).0)
+}
+
+/// The joints of `cut` that `composite` does not have, with their points.
+fn new_joints<const D: usize>(composite: &Composite<D>, cut: &Composite<D>) -> (Vec<f64>, Vec<Point<D>>) {
+    let old = composite.breaks().as_slice();
+    let is_new = |t: f64| old.binary_search_by(|knot| knot.total_cmp(&t)).is_err();
+    let ends = cut.breaks().as_slice()[1..].iter().zip(cut.segments());
+    ends.filter(|&(&t, _)| is_new(t)).map(|(&t, points)| (t, points[points.len() - 1])).unzip()
+}
+
+/// Cuts each segment at the parameters inside it, from left to right.
+fn cut_at<const D: usize>(composite: &Composite<D>, values: &[f64]) -> Result<Vec<Piece<D>>, Error> {
+    let (a, b) = composite.breaks().domain();
+    within_domain(values, a, b)?;
+    increasing("split parameters", values, true)?;
+    let most = limits::SEGMENTS.saturating_sub(composite.breaks().segments());
+    at_most("cuts", values.len(), most, "Cut the curve in parts")?;
+    let mut pieces = Vec::with_capacity(values.len() + composite.breaks().segments());
+    for (segment, points) in composite.segments().enumerate() {
+        let (mut start, end) = composite.breaks().interval(segment);
+        let mut rest = points.to_vec();
+        let inside = values.iter().skip(values.partition_point(|&t| t <= start)).take_while(|&&t| t < end);
+        for &t in inside {
+            let (left, right) = split(&rest, (t - start) / (end - start));
+            pieces.push(Piece { segment, end: t, points: left });
+            (start, rest) = (t, right);
+        }
+        pieces.push(Piece { segment, end, points: rest });
+    }
+    Ok(pieces)
+}
+
+fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<Piece<D>>, Error> {
+    const ADVICE: &str = "Choose a smaller depth: every step doubles the pieces";
+    let per_segment = 1usize.checked_shl(depth.min(usize::BITS as usize) as u32).unwrap_or(usize::MAX);
+    let pieces = per_segment.saturating_mul(composite.breaks().segments());
+    at_most("pieces", pieces, limits::SEGMENTS, ADVICE)?;
+    let breaks = composite.breaks();
+    let whole = composite.segments().enumerate().map(|(segment, points)| {
+        let (start, end) = breaks.interval(segment);
+        (start, Piece { segment, end, points: points.to_vec() })
+    });
+    let halve = |pieces: Vec<(f64, Piece<D>)>| {
+        let halves = |(start, piece): (f64, Piece<D>)| {
+            let middle = start + 0.5 * (piece.end - start);
+            let (left, right) = split(&piece.points, 0.5);
+            let first = Piece { segment: piece.segment, end: middle, points: left };
+            [(start, first), (middle, Piece { points: right, ..piece })]
+        };
+        pieces.into_iter().flat_map(halves).collect()
+    };
+    let pieces = (0..depth).fold(whole.collect(), |pieces, _| halve(pieces));
+    Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
+}
+
+fn flat<const D: usize>(composite: &Composite<D>, tolerance: f64) -> Result<Vec<Piece<D>>, Error> {
+    check_tolerance(tolerance, composite.magnitude())?;
+    Ok(flat_pieces(composite, tolerance, limits::SEGMENTS)?)
+}
+
+/// Refuses a B-spline that jumps: the pieces of a piecewise curve share their joints.
+fn check_joined<const D: usize>(cut: &Composite<D>) -> Result<(), Error> {
+    let allowed = 64.0 * f64::EPSILON * cut.magnitude();
+    let gap = |i: &usize| cut.segment(i - 1)[cut.degree()].distance(cut.segment(*i)[0]);
+    let Some(i) = (1..cut.breaks().segments()).find(|i| gap(i) > allowed) else { return Ok(()) };
+    let t = cut.breaks().as_slice()[i];
+    let why =
+        format!("the curve jumps at the knot {t:?} (multiplicity degree + 1), but pieces share their joints; split it there by hand first");
+    Err(Fault::UnsuitableCurve(why).into())
+}
+
+/// The pieces as a piecewise curve: in the family if asked for and possible, else as Bezier curves.
+fn assemble<const D: usize>(
+    curve: &Curve<D>,
+    cut: &Composite<D>,
+    pieces: &[Piece<D>],
+    form: Form,
+) -> Result<(bool, (Piecewise<D>, f64)), Error> {
+    if form != Form::Bezier {
+        match in_family(curve, cut, pieces) {
+            Ok(family) => return Ok((true, family)),
+            Err(error) if form == Form::Family => return Err(Error::from(error.fault).at("form")),
+            Err(_) => {}
+        }
+    }
+    let bases = Bases::Common(Basis::Bezier(Bezier));
+    Ok((false, Piecewise::from_composite(bases, cut.degree(), cut, closes(curve, cut))?))
+}
+
+fn in_family<const D: usize>(curve: &Curve<D>, cut: &Composite<D>, pieces: &[Piece<D>]) -> Result<(Piecewise<D>, f64), Error> {
+    let (bases, order) = match curve {
+        Curve::Single(single) => (Bases::Common(single.basis().clone()), single.order()),
+        Curve::Piecewise(piecewise) => (inherited(piecewise.bases(), pieces), piecewise.order()),
+        Curve::BSpline(_) => {
+            return Err(Fault::UnsuitableCurve("the pieces of a bspline are bezier curves; ask for the form bezier or auto".into()).into());
+        }
+    };
+    Piecewise::from_composite(bases, order, cut, closes(curve, cut))
+}
+
+/// Each piece has the basis of the segment it was cut from.
+fn inherited<const D: usize>(bases: &Bases, pieces: &[Piece<D>]) -> Bases {
+    match bases {
+        Bases::Common(basis) => Bases::Common(basis.clone()),
+        Bases::PerSegment(bases) => Bases::PerSegment(pieces.iter().map(|piece| bases[piece.segment].clone()).collect()),
+    }
+}
+
+/// Whether the pieces close: a closed B-spline may miss its start by more than rounding, and is then left as it is.
+fn closes<const D: usize>(curve: &Curve<D>, cut: &Composite<D>) -> bool {
+    let last = cut.segment(cut.breaks().segments() - 1);
+    curve.closed() && last[last.len() - 1].distance(cut.segment(0)[0]) <= 64.0 * f64::EPSILON * cut.magnitude()
+}

@@ -1,0 +1,135 @@
+//! The one shape of every error: RFC 9457 problem details.
+
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use crate::core::error::{Error, Fault};
+
+/// A problem (RFC 9457), the body of every answer that is not a success.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Problem {
+    /// A stable name of the kind of problem: `urn:springline:problem:` and the code.
+    #[serde(rename = "type")]
+    #[schema(rename = "type")]
+    kind: String,
+    /// The kind of problem in words; the same for every occurrence.
+    title: &'static str,
+    /// The HTTP status.
+    status: u16,
+    /// What is wrong this time, what is allowed, and what to do.
+    detail: String,
+    /// A stable name to branch on, in snake case.
+    code: &'static str,
+    /// The values at fault.
+    errors: Vec<Item>,
+    /// The line of the request body, from 1, where the JSON itself is broken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    line: Option<usize>,
+    /// The column of that line, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    column: Option<usize>,
+}
+
+/// One value at fault.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Item {
+    /// A JSON Pointer (RFC 6901) into the request body: to the offending value; for an unknown field to its name, for a missing
+    /// one to the object that lacks it.
+    pointer: String,
+    /// What is wrong with it, as a stable name.
+    code: &'static str,
+    /// What is wrong with it, in words.
+    detail: String,
+}
+
+impl Problem {
+    /// A problem of the request as a whole.
+    pub fn new(status: StatusCode, code: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
+        let kind = format!("urn:springline:problem:{code}");
+        Problem { kind, title, status: status.as_u16(), detail: detail.into(), code, errors: Vec::new(), line: None, column: None }
+    }
+
+    /// A problem of one value.
+    pub fn at(status: StatusCode, code: &'static str, title: &'static str, pointer: String, detail: String) -> Self {
+        let what = if pointer.is_empty() { detail.clone() } else { format!("{pointer}: {detail}") };
+        Problem { errors: vec![Item { pointer, code, detail }], ..Problem::new(status, code, title, what) }
+    }
+
+    /// The same problem with the position in the text.
+    pub fn with_position(self, line: usize, column: usize) -> Self {
+        Problem { line: Some(line), column: Some(column), ..self }
+    }
+
+    /// A bug of ours; the client learns nothing of its insides.
+    pub fn internal() -> Self {
+        let detail = "the server failed while it worked on this request; nothing was changed, and the fault is ours";
+        Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", "Internal error", detail)
+    }
+}
+
+/// Status, code and title of each fault of the core.
+fn classify(fault: &Fault) -> (StatusCode, &'static str, &'static str) {
+    use StatusCode as S;
+    match fault {
+        Fault::Missing { .. } => (S::BAD_REQUEST, "missing_field", "A field is missing"),
+        Fault::ForeignField { .. } => (S::BAD_REQUEST, "unknown_field", "A field does not belong here"),
+        Fault::TooLarge { .. } => (S::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit"),
+        Fault::TooFew { .. } => (S::UNPROCESSABLE_ENTITY, "too_few", "Too few"),
+        Fault::WrongCount { .. } => (S::UNPROCESSABLE_ENTITY, "wrong_count", "Counts do not match"),
+        Fault::OutOfRange { .. } => (S::UNPROCESSABLE_ENTITY, "out_of_range", "A value is out of range"),
+        Fault::NotIncreasing { .. } => (S::UNPROCESSABLE_ENTITY, "not_increasing", "Values are out of order"),
+        Fault::RepeatedPoint { .. } => (S::UNPROCESSABLE_ENTITY, "repeated_point", "A point is repeated"),
+        Fault::UnsuitableBasis(_) => (S::UNPROCESSABLE_ENTITY, "unsuitable_basis", "The basis cannot be used this way"),
+        Fault::UnsuitableCurve(_) => (S::UNPROCESSABLE_ENTITY, "unsuitable_curve", "The curve cannot be used this way"),
+        Fault::Contradiction(_) => (S::UNPROCESSABLE_ENTITY, "contradiction", "Options contradict each other"),
+        Fault::ShapeRank { .. } => (S::UNPROCESSABLE_ENTITY, "rank_deficient_shape", "The shape matrix lacks rank"),
+        Fault::RowSum { .. } => (S::UNPROCESSABLE_ENTITY, "row_sum", "A row does not sum to 1"),
+        Fault::IllConditioned { .. } => (S::UNPROCESSABLE_ENTITY, "ill_conditioned", "The basis is too ill-conditioned"),
+        Fault::RankDeficient(_) => (S::UNPROCESSABLE_ENTITY, "rank_deficient", "The data does not determine the answer"),
+        Fault::ToleranceTooSmall { .. } => (S::UNPROCESSABLE_ENTITY, "tolerance_too_small", "The tolerance is below rounding"),
+        Fault::ToleranceNotMet { .. } => (S::UNPROCESSABLE_ENTITY, "tolerance_not_met", "The tolerance cannot be met"),
+        Fault::Overflow => (S::UNPROCESSABLE_ENTITY, "overflow", "The result is beyond double precision"),
+    }
+}
+
+impl From<Error> for Problem {
+    fn from(error: Error) -> Self {
+        let (status, code, title) = classify(&error.fault);
+        Problem::at(status, code, title, error.place.to_string(), error.fault.to_string())
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        // A struct of strings and numbers always serialises.
+        let body = serde_json::to_vec(&self).unwrap_or_default();
+        let kind = HeaderValue::from_static("application/problem+json");
+        (status, [(header::CONTENT_TYPE, kind)], body).into_response()
+    }
+}
+
+/// The errors that every operation can answer with, for the specification.
+#[derive(utoipa::IntoResponses)]
+#[allow(dead_code, reason = "read by the specification only")]
+pub enum Problems {
+    /// Not JSON, or not the shape of the request: unknown, repeated or missing fields, values of another type.
+    #[response(status = 400, content_type = "application/problem+json")]
+    BadRequest(Problem),
+    /// The body, or the answer asked for, is beyond a documented limit.
+    #[response(status = 413, content_type = "application/problem+json")]
+    TooLarge(Problem),
+    /// The body is not declared as `application/json`.
+    #[response(status = 415, content_type = "application/problem+json")]
+    MediaType(Problem),
+    /// The shape is right, but the mathematics forbids it; the detail says why and what would work.
+    #[response(status = 422, content_type = "application/problem+json")]
+    Unprocessable(Problem),
+    /// A fault of the server.
+    #[response(status = 500, content_type = "application/problem+json")]
+    Internal(Problem),
+}

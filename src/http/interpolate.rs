@@ -1,0 +1,126 @@
+//! `POST /v1/interpolate`.
+
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::Example;
+use super::error::Problems;
+use super::json::respond;
+use super::wire::{Basis, Continuity, Curve, EndCondition, Parameterization, Points, ReportStyle, bases, need};
+use crate::core::curve;
+use crate::core::error::{At, Error, Fault};
+use crate::core::interpolate as core;
+use crate::core::point::Point;
+
+crate::object! {
+    /// Points to interpolate.
+    pub struct InterpolateRequest {
+        /// The points in turn, 2 (closed: 3) to 100,000. A closed curve does not repeat its first point.
+        required points: Points,
+        /// Whether the curve returns to its first point, C2 there too; default false.
+        optional closed: bool,
+        /// The basis of every segment; default bezier. Cubic, of order 3, with a way back from Bezier points.
+        optional basis: Basis,
+        /// One basis for each segment instead.
+        optional bases: Vec<Basis>,
+        /// How the points get their parameters; default chord-length.
+        optional parameterization: Parameterization,
+        /// What holds at the start of an open curve; default natural.
+        optional start: EndCondition,
+        /// What holds at the end of an open curve; default natural.
+        optional end: EndCondition,
+        /// Whether the continuity report lists every joint (`full`, the default) or only the largest values (`summary`).
+        optional report: ReportStyle,
+    }
+}
+
+crate::object! {
+    /// The interpolant.
+    pub struct InterpolateAnswer {
+        /// The C2 piecewise cubic through every point, with one segment between neighbours. It is the same curve whatever the shape
+        /// parameters: they only change its control points.
+        required curve: Curve,
+        /// Its continuity, measured on the curve returned.
+        required continuity: Continuity,
+        /// By how much the control points may amplify relative rounding errors: the largest 2-norm condition number of the bases.
+        required condition: f64,
+        /// The parameterization used; the knots are in the curve.
+        required parameterization: Parameterization,
+        /// The condition used at the start of an open curve.
+        optional start: EndCondition,
+        /// The condition used at the end of an open curve.
+        optional end: EndCondition,
+    }
+}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "cheng-figure-12",
+        "A closed curve through 5 points, beta = 1 (Cheng et al. Figure 12)",
+        include_str!("../../openapi/examples/interpolate-cheng-figure-12.json"),
+    ),
+    Example::new(
+        "mixed-bases",
+        "An open curve, one basis per segment, end derivatives given",
+        include_str!("../../openapi/examples/interpolate-mixed-bases.json"),
+    ),
+];
+
+/// Put a C2 curve through points
+///
+/// The composite cubic of Cheng et al. section 5, open or closed, in any cubic basis. Cost: linear in points.
+#[utoipa::path(
+    post,
+    path = "/v1/interpolate",
+    operation_id = "interpolate",
+    tag = "Points",
+    request_body = InterpolateRequest,
+    responses((status = 200, description = "The interpolant.", body = InterpolateAnswer), Problems)
+)]
+pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
+    respond(headers, body, operation).await
+}
+
+/// Request to answer, without HTTP.
+///
+/// # Errors
+/// Whatever [`core::interpolate`] refuses, with its place in the request.
+pub fn operation(mut request: InterpolateRequest) -> Result<InterpolateAnswer, Error> {
+    match need(request.points.take(), "points")? {
+        Points::Plane(points) => interpolate(&points, request),
+        Points::Space(points) => interpolate(&points, request),
+    }
+}
+
+fn interpolate<const D: usize>(points: &[Point<D>], request: InterpolateRequest) -> Result<InterpolateAnswer, Error>
+where
+    Points: From<Vec<Point<D>>>,
+{
+    let closed = request.closed.unwrap_or(false);
+    for (name, end) in [("start", &request.start), ("end", &request.end)] {
+        if closed && end.is_some() {
+            let why = format!("a closed curve has no {name}; leave `{name}` out, or `closed`");
+            return Err(Fault::Contradiction(why).at(name));
+        }
+    }
+    let end_of = |end: Option<EndCondition>| (!closed).then(|| end.unwrap_or_else(EndCondition::default_end));
+    let (start, end) = (end_of(request.start), end_of(request.end));
+    let shape = match (&start, &end) {
+        (Some(start), Some(end)) => core::Shape::Open(start.parse().at("start")?, end.parse().at("end")?),
+        _ => core::Shape::Closed,
+    };
+    let parameterization = request.parameterization.unwrap_or_else(Parameterization::default_rule);
+    let rule = parameterization.clone().parse().at("parameterization")?;
+    let result = core::interpolate(points, shape, bases(request.basis, request.bases)?, &rule)?;
+    Ok(InterpolateAnswer {
+        continuity: Some(Continuity::of_core(&result.continuity, request.report.unwrap_or(ReportStyle::Full))),
+        curve: Some(Curve::of_core(curve::Curve::Piecewise(result.curve))),
+        condition: Some(result.condition),
+        parameterization: Some(parameterization),
+        start,
+        end,
+    })
+}

@@ -1,0 +1,152 @@
+//! `POST /v1/subdivide`.
+
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::Example;
+use super::error::Problems;
+use super::json::respond;
+use super::wire::{Curve, Dimensioned, Points, Whole, need, number};
+use crate::core::curve;
+use crate::core::error::{At, Error};
+use crate::core::point::Point;
+use crate::core::subdivide as core;
+
+crate::union! {
+    /// Where to cut.
+    pub struct Cuts by kind: CutsKind {
+        /// Parameters inside the curve's domain, strictly increasing. An end or an existing joint is no new cut.
+        values: Vec<f64>,
+        /// How many times every segment is halved: 2^depth pieces of each.
+        depth: Whole,
+        /// Halve until every piece is this close to its chord, in the unit of the coordinates; more than 0. Proved by a bound.
+        tolerance: f64 = number().exclusive_minimum(Some(0.0)),
+    }
+    /// At given parameters.
+    "parameters" Parameters as ParameterCuts: [values] [];
+    /// In halves, to a depth.
+    "depth" Depth as DepthCuts: [depth] [];
+    /// In halves, to a flatness.
+    "flatness" Flatness as FlatnessCuts: [tolerance] [];
+}
+
+crate::names! {
+    /// In which basis the pieces are wanted.
+    pub enum Form {
+        /// In their own family where that keeps 8 digits, else as Bezier curves.
+        Auto = "auto",
+        /// In their own family, with the same shape parameters.
+        Family = "family",
+        /// As Bezier curves.
+        Bezier = "bezier",
+    }
+}
+
+crate::object! {
+    /// A curve and where to cut it.
+    pub struct SubdivideRequest {
+        /// The curve.
+        required curve: Curve,
+        /// Where to cut.
+        required at: Cuts,
+        /// In which basis the pieces are wanted: `auto` (the default) takes the curve's own family where that keeps 8 digits and
+        /// bezier otherwise; `family` insists and answers 422 where it does not exist.
+        optional form: Form,
+    }
+}
+
+crate::object! {
+    /// The pieces.
+    pub struct SubdivideAnswer {
+        /// A piecewise curve over the same domain, equal to the input at every parameter.
+        required curve: Curve,
+        /// The parameters of the cuts.
+        required split_parameters: Vec<f64>,
+        /// The points of the curve there.
+        required split_points: Points,
+        /// The form of the pieces: `family` or `bezier`.
+        required form: Form,
+        /// By how much the control points may amplify relative rounding errors: the largest 2-norm condition number of the shape
+        /// matrices; 1 for bezier pieces.
+        required condition: f64,
+        /// The flatness tolerance used, where one was given.
+        optional tolerance: f64,
+    }
+}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "cheng-figure-11",
+        "beta = 1, cut at 1/2 (Cheng et al. Figure 11)",
+        include_str!("../../openapi/examples/subdivide-cheng-figure-11.json"),
+    ),
+    Example::new(
+        "chen-figure-1",
+        "A quasi-bezier curve, flat to 0.05 (Chen 2013 Figure 1)",
+        include_str!("../../openapi/examples/subdivide-chen-figure-1.json"),
+    ),
+];
+
+/// Cut a curve into pieces
+///
+/// The pieces run over the same curve, over the same domain. Cheng et al. section 4 gives the halves as Bezier curves; here they
+/// come back in their own family too. Cost: linear in pieces.
+#[utoipa::path(
+    post,
+    path = "/v1/subdivide",
+    operation_id = "subdivide",
+    tag = "Curves",
+    request_body = SubdivideRequest,
+    responses((status = 200, description = "The pieces.", body = SubdivideAnswer), Problems)
+)]
+pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
+    respond(headers, body, operation).await
+}
+
+/// Request to answer, without HTTP.
+///
+/// # Errors
+/// Whatever [`core::subdivide`] refuses, with its place in the request.
+pub fn operation(request: SubdivideRequest) -> Result<SubdivideAnswer, Error> {
+    let form = request.form.unwrap_or(Form::Auto);
+    let curve = need(request.curve, "curve")?.parse().at("curve")?;
+    let at = need(request.at, "at")?;
+    match curve {
+        Dimensioned::Plane(curve) => cut(&curve, at, form),
+        Dimensioned::Space(curve) => cut(&curve, at, form),
+    }
+}
+
+fn cut<const D: usize>(curve: &curve::Curve<D>, at: Cuts, form: Form) -> Result<SubdivideAnswer, Error>
+where
+    Points: From<Vec<Point<D>>>,
+{
+    let tolerance = at.tolerance;
+    let form = match form {
+        Form::Auto => core::Form::Auto,
+        Form::Family => core::Form::Family,
+        Form::Bezier => core::Form::Bezier,
+    };
+    let pieces = core::subdivide(curve, &at.parse().at("at")?, form)?;
+    Ok(SubdivideAnswer {
+        curve: Some(Curve::of_core(curve::Curve::Piecewise(pieces.curve))),
+        split_parameters: Some(pieces.split_parameters),
+        split_points: Some(pieces.split_points.into()),
+        form: Some(if pieces.in_family { Form::Family } else { Form::Bezier }),
+        condition: Some(pieces.condition),
+        tolerance,
+    })
+}
+
+impl Cuts {
+    fn parse(self) -> Result<core::Cuts, Error> {
+        Ok(match self.kind()? {
+            CutsKind::Parameters => core::Cuts::Parameters(need(self.values, "values")?),
+            CutsKind::Depth => core::Cuts::Depth(need(self.depth, "depth")?.0),
+            CutsKind::Flatness => core::Cuts::Flatness(need(self.tolerance, "tolerance")?),
+        })
+    }
+}

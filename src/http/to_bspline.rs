@@ -1,0 +1,138 @@
+//! `POST /v1/to-bspline`.
+
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::Example;
+use super::error::Problems;
+use super::json::respond;
+use super::wire::{Curve, Dimensioned, Points, Whole, need, number};
+use crate::core::curve;
+use crate::core::error::{At, Error};
+use crate::core::limits;
+use crate::core::point::Point;
+use crate::core::to_bspline as core;
+
+crate::names! {
+    /// The kind of knot vector.
+    pub enum KnotStyle {
+        /// End knots of multiplicity degree + 1.
+        Clamped = "clamped",
+        /// Equally spaced simple knots.
+        Uniform = "uniform",
+        /// Knots that repeat with the period of a closed curve.
+        Periodic = "periodic",
+    }
+}
+
+crate::object! {
+    /// A curve to write as a B-spline.
+    pub struct ToBsplineRequest {
+        /// The curve.
+        required curve: Curve,
+        /// The knot vector wanted. `clamped` (the default) starts and ends at control points. `uniform` has equally spaced simple
+        /// knots, also beyond the ends (Cheng et al. eq. (26)); it needs segments of equal length and C(degree-1) joints, and is
+        /// periodic for a closed curve. `periodic` is for any closed curve.
+        optional knots: KnotStyle,
+        /// The tolerance for measuring continuity, 0 < tolerance < 1, relative to the derivatives compared; default 1e-9.
+        optional tolerance: f64 = number().exclusive_minimum(Some(0.0)).exclusive_maximum(Some(1.0)),
+    }
+}
+
+crate::object! {
+    /// A former joint.
+    pub struct FormerJoint {
+        /// Its parameter.
+        required parameter: f64,
+        /// The number of derivatives found to agree there, up to the degree; -1 where not even the points do.
+        required continuity: i32,
+        /// The multiplicity of its knot, degree - continuity where the knot style allows it; 0 where the segments are one polynomial.
+        required multiplicity: Whole,
+    }
+}
+crate::nested!(FormerJoint);
+
+crate::object! {
+    /// The B-spline.
+    pub struct ToBsplineAnswer {
+        /// The same curve over the same domain, with its full knot vector.
+        required curve: Curve,
+        /// The continuity found at each former joint; for a closed curve the last is the seam.
+        required joints: Vec<FormerJoint>,
+        /// A bound on the distance between the two curves at equal parameters, measured on the answer.
+        required deviation: f64,
+        /// The kind of knot vector used.
+        required knots: KnotStyle,
+        /// The tolerance used.
+        required tolerance: f64,
+    }
+}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "cheng-figure-13",
+        "One cubic with beta = 1 on uniform knots (Cheng et al. Figure 13)",
+        include_str!("../../openapi/examples/to-bspline-cheng-figure-13.json"),
+    ),
+    Example::new(
+        "cheng-figure-9",
+        "Two cubics with different beta (Cheng et al. Figure 9)",
+        include_str!("../../openapi/examples/to-bspline-cheng-figure-9.json"),
+    ),
+];
+
+/// Write a curve as a B-spline
+///
+/// One B-spline of the degree of the segments; each joint becomes a knot of the lowest multiplicity that its measured continuity
+/// allows. Cost: linear in segments.
+#[utoipa::path(
+    post,
+    path = "/v1/to-bspline",
+    operation_id = "toBspline",
+    tag = "Curves",
+    request_body = ToBsplineRequest,
+    responses((status = 200, description = "The B-spline.", body = ToBsplineAnswer), Problems)
+)]
+pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
+    respond(headers, body, operation).await
+}
+
+/// Request to answer, without HTTP.
+///
+/// # Errors
+/// Whatever [`core::to_bspline`] refuses, with its place in the request.
+pub fn operation(request: ToBsplineRequest) -> Result<ToBsplineAnswer, Error> {
+    let style = request.knots.unwrap_or(KnotStyle::Clamped);
+    let tolerance = request.tolerance.unwrap_or(limits::CONTINUITY_TOLERANCE);
+    match need(request.curve, "curve")?.parse().at("curve")? {
+        Dimensioned::Plane(curve) => convert(&curve, style, tolerance),
+        Dimensioned::Space(curve) => convert(&curve, style, tolerance),
+    }
+}
+
+fn convert<const D: usize>(curve: &curve::Curve<D>, style: KnotStyle, tolerance: f64) -> Result<ToBsplineAnswer, Error>
+where
+    Points: From<Vec<Point<D>>>,
+{
+    let wanted = match style {
+        KnotStyle::Clamped => core::KnotStyle::Clamped,
+        KnotStyle::Uniform => core::KnotStyle::Uniform,
+        KnotStyle::Periodic => core::KnotStyle::Periodic,
+    };
+    let result = core::to_bspline(curve, wanted, tolerance)?;
+    let joint = |joint: &core::FormerJoint| FormerJoint {
+        parameter: Some(joint.parameter),
+        continuity: Some(joint.continuity),
+        multiplicity: Some(Whole(joint.multiplicity)),
+    };
+    Ok(ToBsplineAnswer {
+        joints: Some(result.joints.iter().map(joint).collect()),
+        curve: Some(Curve::of_core(curve::Curve::BSpline(result.curve))),
+        deviation: Some(result.deviation),
+        knots: Some(style),
+        tolerance: Some(result.tolerance),
+    })
+}

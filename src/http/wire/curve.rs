@@ -1,0 +1,146 @@
+//! Curves on the wire.
+
+use super::basis::{Basis, BasisFamily, Shape, parse_list};
+use super::field::{Whole, need, number};
+use super::points::Points;
+use crate::core::curve as core;
+use crate::core::error::{At, Error, Fault};
+use crate::core::knots::Breaks;
+use crate::core::point::Point;
+
+crate::union! {
+    /// A curve, told by its `family`. Every operation takes one and returns one, so the output of a call is the input of the next.
+    pub struct Curve by family: CurveFamily {
+        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more (for alpha-beta-bezier: 0 < beta <= 3). Exactly one of `beta` and `lambda` is given.
+        beta: f64 = number().minimum(Some(0.0)),
+        /// 1 / beta, 0 or more; 0 is the limit beta = infinity, the straight segment. Exactly one of `beta` and `lambda` is given.
+        lambda: f64 = number().minimum(Some(0.0)),
+        /// The length of the parameter domain, 0 < alpha <= 1.
+        alpha: f64 = number().exclusive_minimum(Some(0.0)).maximum(Some(1.0)),
+        /// The shape matrix.
+        shape: Shape,
+        /// One basis for all segments, or one for each.
+        bases: Vec<Basis>,
+        /// Control points per segment, less one; 1 to 64.
+        order: Whole,
+        /// The degree, 1 to 64.
+        degree: Whole,
+        /// Of a piecewise curve: the parameters of the joints, strictly increasing, one more than segments. Of a B-spline: the full
+        /// knot vector, control points + degree + 1 knots that do not decrease (some programs leave out the first and the last).
+        knots: Vec<f64>,
+        /// Whether the curve ends where it starts; default false.
+        closed: bool,
+        /// The control polygon. A piecewise curve has segments * order + 1 points, as neighbours share the point at their joint.
+        control_points: Points,
+    }
+    /// A Bezier curve over [0, 1].
+    "bezier" Bezier as BezierCurve: [control_points] [];
+    /// A Beta-Bezier curve over [0, 1] (Cheng, Kazadi and Lin 2021).
+    "beta-bezier" Beta as BetaBezierCurve: [control_points] [beta, lambda];
+    /// An alpha-beta-Bezier curve over [0, alpha] with 4 control points (Li 2014).
+    "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierCurve: [alpha, beta, control_points] [];
+    /// A Quasi-Bezier curve over [0, 1] (Chen 2013).
+    "quasi-bezier" Quasi as QuasiBezierCurve: [shape, control_points] [];
+    /// Segments joined end to end over [first knot, last knot], each filling its interval.
+    "piecewise" Piecewise as PiecewiseCurve: [bases, order, knots, control_points] [closed];
+    /// A B-spline over its valid knot range.
+    "bspline" BSpline as BSplineCurve: [degree, knots, control_points] [closed];
+}
+
+/// A curve whose dimension is known.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Dimensioned {
+    /// 2D.
+    Plane(core::Curve<2>),
+    /// 3D.
+    Space(core::Curve<3>),
+}
+
+impl Curve {
+    /// The core's curve.
+    ///
+    /// # Errors
+    /// Fields of another family, missing fields, and whatever the mathematics forbids, each at its place.
+    pub fn parse(mut self) -> Result<Dimensioned, Error> {
+        self.kind()?;
+        Ok(match need(self.control_points.take(), "control_points")? {
+            Points::Plane(points) => Dimensioned::Plane(self.with_points(points)?),
+            Points::Space(points) => Dimensioned::Space(self.with_points(points)?),
+        })
+    }
+
+    fn with_points<const D: usize>(self, points: Vec<Point<D>>) -> Result<core::Curve<D>, Error> {
+        let family = match need(self.family, "family")? {
+            CurveFamily::Bezier => BasisFamily::Bezier,
+            CurveFamily::Beta => BasisFamily::Beta,
+            CurveFamily::AlphaBeta => BasisFamily::AlphaBeta,
+            CurveFamily::Quasi => BasisFamily::Quasi,
+            CurveFamily::Piecewise => return self.piecewise(points).map(core::Curve::Piecewise),
+            CurveFamily::BSpline => return self.bspline(points).map(core::Curve::BSpline),
+        };
+        let basis = Basis { family: Some(family), beta: self.beta, lambda: self.lambda, alpha: self.alpha, shape: self.shape };
+        Ok(core::Curve::Single(core::Single::new(basis.parse()?, points)?))
+    }
+
+    fn piecewise<const D: usize>(self, points: Vec<Point<D>>) -> Result<core::Piecewise<D>, Error> {
+        let mut bases = parse_list(need(self.bases, "bases")?).at("bases")?;
+        let bases = match bases.pop() {
+            Some(only) if bases.is_empty() => core::Bases::Common(only),
+            Some(last) => core::Bases::PerSegment(bases.into_iter().chain([last]).collect()),
+            None => return Err(Fault::TooFew { what: "bases", count: 0, least: 1 }.at("bases")),
+        };
+        let breaks = Breaks::new(need(self.knots, "knots")?).at("knots")?;
+        core::Piecewise::new(bases, need(self.order, "order")?.0, breaks, self.closed.unwrap_or(false), points)
+    }
+
+    fn bspline<const D: usize>(self, points: Vec<Point<D>>) -> Result<core::BSpline<D>, Error> {
+        let knots = need(self.knots, "knots")?;
+        core::BSpline::new(need(self.degree, "degree")?.0, knots, points, self.closed.unwrap_or(false))
+    }
+
+    /// The curve of an answer.
+    pub fn of_core<const D: usize>(curve: core::Curve<D>) -> Self
+    where
+        Points: From<Vec<Point<D>>>,
+    {
+        match curve {
+            core::Curve::Single(curve) => {
+                let (basis, points) = curve.into_parts();
+                Self::single((&basis).into(), points.into())
+            }
+            core::Curve::Piecewise(curve) => Self {
+                bases: Some(curve.bases().as_slice().iter().map(Basis::from).collect()),
+                order: Some(Whole(curve.order())),
+                knots: Some(curve.breaks().as_slice().to_vec()),
+                closed: Some(curve.closed()),
+                control_points: Some(curve.into_control_points().into()),
+                ..Self::of(CurveFamily::Piecewise)
+            },
+            core::Curve::BSpline(curve) => Self {
+                degree: Some(Whole(curve.degree())),
+                knots: Some(curve.knots().as_slice().to_vec()),
+                closed: Some(curve.closed()),
+                control_points: Some(curve.into_control_points().into()),
+                ..Self::of(CurveFamily::BSpline)
+            },
+        }
+    }
+
+    fn single(basis: Basis, points: Points) -> Self {
+        let family = basis.family.map(|family| match family {
+            BasisFamily::Bezier => CurveFamily::Bezier,
+            BasisFamily::Beta => CurveFamily::Beta,
+            BasisFamily::AlphaBeta => CurveFamily::AlphaBeta,
+            BasisFamily::Quasi => CurveFamily::Quasi,
+        });
+        Self {
+            family,
+            beta: basis.beta,
+            lambda: basis.lambda,
+            alpha: basis.alpha,
+            shape: basis.shape,
+            control_points: Some(points),
+            ..Self::default()
+        }
+    }
+}

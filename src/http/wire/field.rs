@@ -1,0 +1,125 @@
+//! The values that fields hold.
+
+use serde::de::{DeserializeOwned, Error as _, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
+
+use crate::core::error::{Error, Fault};
+
+/// Named schemas, as the specification collects them.
+pub type Components = Vec<(String, RefOr<Schema>)>;
+
+/// A JSON value: how it is read, written and described.
+pub trait Field: DeserializeOwned + Serialize {
+    /// The schema, or a reference to it.
+    fn schema() -> RefOr<Schema>;
+
+    /// Adds the schemas that [`Field::schema`] refers to.
+    fn collect(_components: &mut Components) {}
+}
+
+impl Field for f64 {
+    fn schema() -> RefOr<Schema> {
+        number().into()
+    }
+}
+
+impl Field for i32 {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().schema_type(Type::Integer).into()
+    }
+}
+
+impl Field for bool {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().schema_type(Type::Boolean).into()
+    }
+}
+
+impl<T: Field> Field for Vec<T> {
+    fn schema() -> RefOr<Schema> {
+        ArrayBuilder::new().items(T::schema()).into()
+    }
+
+    fn collect(components: &mut Components) {
+        T::collect(components);
+    }
+}
+
+/// The schema of a double.
+pub fn number() -> ObjectBuilder {
+    ObjectBuilder::new().schema_type(Type::Number)
+}
+
+/// The value of a field that must be there.
+///
+/// # Errors
+/// [`Fault::Missing`], placed at the object that lacks it.
+pub fn need<T>(field: Option<T>, name: &'static str) -> Result<T, Error> {
+    field.ok_or_else(|| Fault::Missing { field: name }.into())
+}
+
+/// A count. Any JSON number without a fraction: `3` and `3.0` are the same number.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Whole(pub usize);
+
+impl Whole {
+    /// Beyond this doubles skip integers.
+    const MOST: f64 = 9_007_199_254_740_992.0;
+}
+
+impl<'de> Deserialize<'de> for Whole {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct WholeVisitor;
+        impl Visitor<'_> for WholeVisitor {
+            type Value = Whole;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a whole number, 0 or more")
+            }
+
+            fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Whole, E> {
+                usize::try_from(value).map(Whole).map_err(E::custom)
+            }
+
+            fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Whole, E> {
+                let whole = value >= 0.0 && value <= Whole::MOST && value.fract() == 0.0;
+                if whole { Ok(Whole(value as usize)) } else { Err(E::invalid_type(serde::de::Unexpected::Float(value), &self)) }
+            }
+        }
+        deserializer.deserialize_any(WholeVisitor).map_err(D::Error::custom)
+    }
+}
+
+impl Serialize for Whole {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u64(self.0 as u64)
+    }
+}
+
+impl Field for Whole {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0)).into()
+    }
+}
+
+/// Declares an enum of names: `names! { pub enum Form { Auto = "auto", .. } }`.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! names {
+    ($(#[doc = $doc:literal])* $vis:vis enum $name:ident { $($(#[doc = $vdoc:literal])* $variant:ident = $text:literal),* $(,)? }) => {
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        $vis enum $name { $($(#[doc = $vdoc])* #[serde(rename = $text)] $variant),* }
+
+        impl $crate::http::wire::Field for $name {
+            fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
+                utoipa::openapi::schema::ObjectBuilder::new()
+                    .schema_type(utoipa::openapi::schema::Type::String)
+                    .enum_values(Some([$($text),*]))
+                    .into()
+            }
+        }
+    };
+}

@@ -1,0 +1,21 @@
+//! What the JSON looks like: every object of the contract, declared once.
+//!
+//! [`object!`] and [`union!`](crate::union) make of one declaration the type that reads and writes the JSON and
+//! the schema that describes it, so that the three cannot drift apart. Each wire type then turns into its
+//! core type in one step (`parse`), where everything semantic is checked.
+
+mod basis;
+mod curve;
+mod field;
+mod object;
+mod points;
+mod report;
+mod rules;
+
+pub use basis::{Basis, Shape, bases};
+pub use curve::{Curve, Dimensioned};
+pub use field::{Field, Whole, need, number};
+pub use object::{Part, Variant, missing, refuse, schema_of, set, union_schema};
+pub use points::{Points, Vector};
+pub use report::{Continuity, ReportStyle};
+pub use rules::{EndCondition, Parameterization};

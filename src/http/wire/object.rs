@@ -1,0 +1,344 @@
+//! JSON objects, declared once: the macros, and the functions that do their work.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
+
+use crate::core::error::{Error, Fault};
+
+/// Declares a JSON object: `required` or `optional` fields, each with its documentation, its type and, where
+/// the type alone does not say enough, its schema.
+///
+/// The struct has an `Option` for every field; unknown and repeated fields are refused by name, and so is
+/// `null`; fields without a value are not written.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! object {
+    ($(#[doc = $doc:literal])* pub struct $name:ident {
+        $($(#[doc = $fdoc:literal])* $need:ident $field:ident: $type:ty $(= $schema:expr)?),* $(,)?
+    }) => {
+        $crate::object_type! { $(#[doc = $doc])* $name { $($(#[doc = $fdoc])* $field: $type),* } }
+
+        impl utoipa::PartialSchema for $name {
+            fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
+                $crate::http::wire::schema_of(concat!($($doc, "\n"),*), None, &Self::parts(), |name| match name {
+                    $(stringify!($field) => Some($crate::required!($need)),)*
+                    _ => None,
+                })
+            }
+        }
+
+        impl utoipa::ToSchema for $name {
+            fn name() -> std::borrow::Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn schemas(components: &mut Vec<(String, utoipa::openapi::RefOr<utoipa::openapi::schema::Schema>)>) {
+                Self::collect_parts(components);
+            }
+        }
+
+        impl $name {
+            fn parts() -> Vec<$crate::http::wire::Part> {
+                vec![$($crate::part!($(#[doc = $fdoc])* $field: $type $(= $schema)?)),*]
+            }
+        }
+    };
+}
+
+/// Declares a JSON object whose fields depend on a tag: all fields once, then the variants, each with the name
+/// of its schema and the fields it requires and allows.
+///
+/// The struct is flat, so that a fault anywhere inside keeps its exact place; `kind` checks that the fields
+/// present are those of the variant. The schema is a `oneOf` with a discriminator.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! union {
+    ($(#[doc = $doc:literal])* pub struct $name:ident by $tag:ident: $kind:ident {
+        $($(#[doc = $fdoc:literal])* $field:ident: $type:ty $(= $schema:expr)?),* $(,)?
+    }
+    $($(#[doc = $vdoc:literal])* $text:literal $variant:ident as $schema_name:ident: [$($required:ident),*] [$($optional:ident),*];)*) => {
+        $crate::names! { #[doc = "The variants."] pub enum $kind { $($(#[doc = $vdoc])* $variant = $text),* } }
+
+        $crate::object_type! { $(#[doc = $doc])* $name {
+            #[doc = "Which variant this is."] $tag: $kind,
+            $($(#[doc = $fdoc])* $field: $type),*
+        } }
+
+        impl $name {
+            const VARIANTS: &[$crate::http::wire::Variant] = &[$($crate::http::wire::Variant {
+                text: $text,
+                schema_name: stringify!($schema_name),
+                doc: concat!($($vdoc, "\n"),*),
+                required: &[$(stringify!($required)),*],
+                optional: &[$(stringify!($optional)),*],
+            }),*];
+
+            /// An empty object of this variant, to be filled for an answer.
+            pub fn of(kind: $kind) -> Self {
+                Self { $tag: Some(kind), ..Self::default() }
+            }
+
+            /// The variant, once it is known that its required fields are there and no foreign ones.
+            ///
+            /// # Errors
+            /// A missing tag or field, or a field of another variant.
+            pub fn kind(&self) -> Result<$kind, $crate::core::error::Error> {
+                let kind = $crate::http::wire::need(self.$tag, stringify!($tag))?;
+                $crate::http::wire::Variant::check(Self::VARIANTS, kind as usize, &self.present()[1..])?;
+                Ok(kind)
+            }
+
+            fn parts() -> Vec<$crate::http::wire::Part> {
+                vec![$($crate::part!($(#[doc = $fdoc])* $field: $type $(= $schema)?)),*]
+            }
+        }
+
+        impl $crate::http::wire::Field for $name {
+            fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
+                utoipa::openapi::schema::Ref::from_schema_name(stringify!($name)).into()
+            }
+
+            fn collect(components: &mut Vec<(String, utoipa::openapi::RefOr<utoipa::openapi::schema::Schema>)>) {
+                $crate::http::wire::union_schema(
+                    stringify!($name), concat!($($doc, "\n"),*), stringify!($tag), Self::VARIANTS, &Self::parts(), components,
+                );
+                Self::collect_parts(components);
+            }
+        }
+    };
+}
+
+/// The struct behind [`object!`] and [`union!`](crate::union), with its reading and writing.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! object_type {
+    ($(#[doc = $doc:literal])* $name:ident { $($(#[doc = $fdoc:literal])* $field:ident: $type:ty),* }) => {
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, Default, serde::Serialize)]
+        pub struct $name { $($(#[doc = $fdoc])* #[serde(skip_serializing_if = "Option::is_none")] pub $field: Option<$type>),* }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct ObjectVisitor;
+                impl<'de> serde::de::Visitor<'de> for ObjectVisitor {
+                    type Value = $name;
+
+                    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                        f.write_str("an object")
+                    }
+
+                    fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<$name, A::Error> {
+                        let mut object = $name::default();
+                        while let Some(key) = map.next_key::<String>()? {
+                            match key.as_str() {
+                                $(stringify!($field) => $crate::http::wire::set(&mut object.$field, stringify!($field), &mut map)?,)*
+                                _ => return Err($crate::http::wire::refuse(&mut map, &key, &[$(stringify!($field)),*])),
+                            }
+                        }
+                        Ok(object)
+                    }
+                }
+                deserializer.deserialize_map(ObjectVisitor)
+            }
+        }
+
+        impl $name {
+            #[allow(dead_code, reason = "only unions and tests ask which fields are present")]
+            fn present(&self) -> Vec<&'static str> {
+                [$(self.$field.is_some().then_some(stringify!($field))),*].into_iter().flatten().collect()
+            }
+
+            fn collect_parts(components: &mut Vec<(String, utoipa::openapi::RefOr<utoipa::openapi::schema::Schema>)>) {
+                $(<$type as $crate::http::wire::Field>::collect(components);)*
+                let _ = components;
+            }
+        }
+    };
+}
+
+/// One declared field.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! part {
+    ($(#[doc = $doc:literal])* $field:ident: $type:ty = $schema:expr) => {
+        $crate::http::wire::Part { name: stringify!($field), doc: concat!($($doc, "\n"),*), schema: $schema.into() }
+    };
+    ($(#[doc = $doc:literal])* $field:ident: $type:ty) => {
+        $crate::part!($(#[doc = $doc])* $field: $type = <$type as $crate::http::wire::Field>::schema())
+    };
+}
+
+/// Whether a field is required.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! required {
+    (required) => {
+        true
+    };
+    (optional) => {
+        false
+    };
+}
+
+/// A declared object that is also a field of others.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! nested {
+    ($name:ident) => {
+        impl $crate::http::wire::Field for $name {
+            fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
+                utoipa::openapi::schema::Ref::from_schema_name(stringify!($name)).into()
+            }
+
+            fn collect(components: &mut Vec<(String, utoipa::openapi::RefOr<utoipa::openapi::schema::Schema>)>) {
+                components.push((stringify!($name).into(), <Self as utoipa::PartialSchema>::schema()));
+                Self::collect_parts(components);
+            }
+        }
+    };
+}
+
+/// Reads the value of a field into its place, once.
+pub fn set<'de, T: Deserialize<'de>, A: MapAccess<'de>>(place: &mut Option<T>, name: &str, map: &mut A) -> Result<(), A::Error> {
+    if place.is_some() {
+        return Err(refuse_value(map, format!("duplicate field `{name}`: it was given before")));
+    }
+    *place = Some(map.next_value()?);
+    Ok(())
+}
+
+/// The error for a field that the object does not have.
+pub fn refuse<'de, A: MapAccess<'de>>(map: &mut A, name: &str, known: &[&str]) -> A::Error {
+    refuse_value(map, format!("unknown field `{name}`: the fields here are {}", known.join(", ")))
+}
+
+/// Fails while the value is read, and not before, so that the path of the error ends at this field.
+fn refuse_value<'de, A: MapAccess<'de>>(map: &mut A, message: String) -> A::Error {
+    struct Refusal(String);
+    impl<'de> DeserializeSeed<'de> for Refusal {
+        type Value = ();
+        fn deserialize<D: Deserializer<'de>>(self, _: D) -> Result<(), D::Error> {
+            Err(D::Error::custom(self.0))
+        }
+    }
+    map.next_value_seed(Refusal(message.clone())).err().unwrap_or_else(|| A::Error::custom(message))
+}
+
+/// The fault of an object without a field it needs.
+pub fn missing(field: &'static str) -> Error {
+    Fault::Missing { field }.into()
+}
+
+/// A field as the specification describes it.
+pub struct Part {
+    /// Its name.
+    pub name: &'static str,
+    /// Its documentation.
+    pub doc: &'static str,
+    /// Its schema.
+    pub schema: RefOr<Schema>,
+}
+
+/// A variant of a union.
+pub struct Variant {
+    /// The value of the tag.
+    pub text: &'static str,
+    /// The name of its schema.
+    pub schema_name: &'static str,
+    /// Its documentation.
+    pub doc: &'static str,
+    /// The fields it must have.
+    pub required: &'static [&'static str],
+    /// The fields it may have.
+    pub optional: &'static [&'static str],
+}
+
+impl Variant {
+    fn has(&self, field: &str) -> bool {
+        self.required.contains(&field) || self.optional.contains(&field)
+    }
+
+    /// Checks that the fields present are those of variant number `kind`.
+    ///
+    /// # Errors
+    /// [`Fault::ForeignField`] at the field, [`Fault::Missing`] at the object.
+    pub fn check(variants: &'static [Variant], kind: usize, present: &[&'static str]) -> Result<(), Error> {
+        let variant = &variants[kind];
+        if let Some(&field) = present.iter().find(|field| !variant.has(field)) {
+            let owners = variants.iter().filter(|v| v.has(field)).map(|v| v.text).collect::<Vec<_>>().join(", ");
+            return Err(Fault::ForeignField { field, of: variant.text, owners }.at(field));
+        }
+        match variant.required.iter().find(|field| !present.contains(field)) {
+            Some(field) => Err(missing(field)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The closed schema of an object; `tag` adds a property with one allowed value. `required` answers `None` for
+/// fields that the object does not have.
+pub fn schema_of(doc: &str, tag: Option<(&str, &str)>, parts: &[Part], required: impl Fn(&str) -> Option<bool>) -> RefOr<Schema> {
+    let mut object = ObjectBuilder::new().schema_type(Type::Object).description(Some(tidy(doc)));
+    if let Some((name, value)) = tag {
+        let text = ObjectBuilder::new().schema_type(Type::String).enum_values(Some([value]));
+        object = object.property(name, text.description(Some(format!("Always `{value}`.")))).required(name);
+    }
+    for part in parts {
+        let Some(required) = required(part.name) else { continue };
+        object = object.property(part.name, described(part.schema.clone(), part.doc));
+        if required {
+            object = object.required(part.name);
+        }
+    }
+    object.additional_properties(Some(AdditionalProperties::FreeForm(false))).into()
+}
+
+/// Adds the schema of each variant, and of their union under its own name.
+pub fn union_schema(name: &str, doc: &str, tag: &str, variants: &[Variant], parts: &[Part], components: &mut Vec<(String, RefOr<Schema>)>) {
+    let reference = |variant: &Variant| format!("#/components/schemas/{}", variant.schema_name);
+    let mapping = variants.iter().map(|variant| (variant.text, reference(variant)));
+    let discriminator = Discriminator::with_mapping(tag, mapping);
+    let mut union = OneOfBuilder::new().description(Some(tidy(doc))).discriminator(Some(discriminator));
+    for variant in variants {
+        let required = |field: &str| variant.has(field).then(|| variant.required.contains(&field));
+        let schema = schema_of(variant.doc, Some((tag, variant.text)), parts, required);
+        components.push((variant.schema_name.into(), schema));
+        union = union.item(Ref::from_schema_name(variant.schema_name));
+    }
+    components.push((name.into(), union.into()));
+}
+
+/// A schema with the documentation of the field that has it.
+fn described(schema: RefOr<Schema>, doc: &str) -> RefOr<Schema> {
+    let text = tidy(doc);
+    match schema {
+        RefOr::Ref(mut reference) => {
+            reference.description = text;
+            RefOr::Ref(reference)
+        }
+        RefOr::T(Schema::Object(mut object)) => {
+            object.description = Some(text);
+            RefOr::T(Schema::Object(object))
+        }
+        RefOr::T(Schema::Array(mut array)) => {
+            array.description = Some(text);
+            RefOr::T(Schema::Array(array))
+        }
+        other => other,
+    }
+}
+
+/// Documentation lines as one paragraph.
+fn tidy(doc: &str) -> String {
+    doc.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+impl fmt::Debug for Part {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}

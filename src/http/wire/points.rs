@@ -1,0 +1,217 @@
+//! Lists of points, and single vectors: 2D or 3D.
+
+use std::fmt;
+
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::ser::SerializeSeq;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
+
+use super::field::{Components, Field, number};
+use crate::core::error::{Error, Fault};
+use crate::core::point::Point;
+
+/// Points of the plane or of space; all of one dimension.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Points {
+    /// 2D.
+    Plane(Vec<Point<2>>),
+    /// 3D.
+    Space(Vec<Point<3>>),
+}
+
+/// One vector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Vector {
+    /// 2D.
+    Plane(Point<2>),
+    /// 3D.
+    Space(Point<3>),
+}
+
+impl From<Vec<Point<2>>> for Points {
+    fn from(points: Vec<Point<2>>) -> Self {
+        Points::Plane(points)
+    }
+}
+
+impl From<Vec<Point<3>>> for Points {
+    fn from(points: Vec<Point<3>>) -> Self {
+        Points::Space(points)
+    }
+}
+
+impl From<Point<2>> for Vector {
+    fn from(point: Point<2>) -> Self {
+        Vector::Plane(point)
+    }
+}
+
+impl From<Point<3>> for Vector {
+    fn from(point: Point<3>) -> Self {
+        Vector::Space(point)
+    }
+}
+
+impl Vector {
+    /// The vector, if it has the dimension of the points it goes with.
+    ///
+    /// # Errors
+    /// [`Fault::WrongCount`].
+    pub fn of_dimension<const D: usize>(self) -> Result<Point<D>, Error> {
+        let coordinates: &[f64] = match &self {
+            Vector::Plane(point) => &point.0,
+            Vector::Space(point) => &point.0,
+        };
+        let rule = "a vector has as many coordinates as the points";
+        let wrong = || Fault::WrongCount { what: "coordinates", count: coordinates.len(), expected: D, rule };
+        Ok(Point(coordinates.try_into().map_err(|_| wrong())?))
+    }
+}
+
+/// Exactly `D` numbers.
+struct Fixed<const D: usize>(Point<D>);
+
+impl<'de, const D: usize> Deserialize<'de> for Fixed<D> {
+    fn deserialize<R: Deserializer<'de>>(deserializer: R) -> Result<Self, R::Error> {
+        struct FixedVisitor<const D: usize>;
+        impl<'de, const D: usize> Visitor<'de> for FixedVisitor<D> {
+            type Value = Fixed<D>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                write!(f, "a point of {D} numbers, as many as the first point has")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Fixed<D>, A::Error> {
+                let mut point = Point::ZERO;
+                for i in 0..D {
+                    point[i] = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                }
+                match seq.next_element::<f64>()? {
+                    Some(_) => Err(A::Error::invalid_length(D + 1, &self)),
+                    None => Ok(Fixed(point)),
+                }
+            }
+        }
+        deserializer.deserialize_seq(FixedVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for Vector {
+    fn deserialize<R: Deserializer<'de>>(deserializer: R) -> Result<Self, R::Error> {
+        struct VectorVisitor;
+        impl<'de> Visitor<'de> for VectorVisitor {
+            type Value = Vector;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("2 or 3 numbers")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vector, A::Error> {
+                let short = |i: usize| A::Error::invalid_length(i, &VectorVisitor);
+                let x = seq.next_element()?.ok_or_else(|| short(0))?;
+                let y = seq.next_element()?.ok_or_else(|| short(1))?;
+                let Some(z) = seq.next_element()? else { return Ok(Vector::Plane(Point([x, y]))) };
+                match seq.next_element::<f64>()? {
+                    Some(_) => Err(short(4)),
+                    None => Ok(Vector::Space(Point([x, y, z]))),
+                }
+            }
+        }
+        deserializer.deserialize_seq(VectorVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for Points {
+    fn deserialize<R: Deserializer<'de>>(deserializer: R) -> Result<Self, R::Error> {
+        struct PointsVisitor;
+        impl<'de> Visitor<'de> for PointsVisitor {
+            type Value = Points;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an array of points")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Points, A::Error> {
+                fn rest<'de, const D: usize, A: SeqAccess<'de>>(first: Point<D>, seq: &mut A) -> Result<Vec<Point<D>>, A::Error> {
+                    let mut points = vec![first];
+                    while let Some(Fixed(point)) = seq.next_element()? {
+                        points.push(point);
+                    }
+                    Ok(points)
+                }
+                match seq.next_element()? {
+                    Some(Vector::Plane(first)) => rest(first, &mut seq).map(Points::Plane),
+                    Some(Vector::Space(first)) => rest(first, &mut seq).map(Points::Space),
+                    None => Ok(Points::Plane(Vec::new())),
+                }
+            }
+        }
+        deserializer.deserialize_seq(PointsVisitor)
+    }
+}
+
+impl Serialize for Points {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        fn all<S: Serializer, const D: usize>(points: &[Point<D>], serializer: S) -> Result<S::Ok, S::Error>
+        where
+            [f64; D]: Serialize,
+        {
+            let mut list = serializer.serialize_seq(Some(points.len()))?;
+            points.iter().try_for_each(|point| list.serialize_element(&point.0))?;
+            list.end()
+        }
+        match self {
+            Points::Plane(points) => all(points, serializer),
+            Points::Space(points) => all(points, serializer),
+        }
+    }
+}
+
+impl Serialize for Vector {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Vector::Plane(point) => point.0.serialize(serializer),
+            Vector::Space(point) => point.0.serialize(serializer),
+        }
+    }
+}
+
+/// The schema of `D` numbers: an array, not a tuple, which client generators cannot read.
+fn coordinates(count: usize, doc: &str) -> RefOr<Schema> {
+    let array = ArrayBuilder::new().items(number()).min_items(Some(count)).max_items(Some(count));
+    array.description(Some(doc)).into()
+}
+
+fn collect_dimensions(components: &mut Components) {
+    components.push(("Point2".into(), coordinates(2, "x and y, in the unit of the client's choice.")));
+    components.push(("Point3".into(), coordinates(3, "x, y and z, in the unit of the client's choice.")));
+}
+
+impl Field for Points {
+    fn schema() -> RefOr<Schema> {
+        Ref::from_schema_name("Points").into()
+    }
+
+    fn collect(components: &mut Components) {
+        collect_dimensions(components);
+        let list = |name: &str| ArrayBuilder::new().items(Ref::from_schema_name(name));
+        let doc = "Points, or vectors, all of one dimension: 2D or 3D.";
+        // anyOf: an empty list is both.
+        let union = utoipa::openapi::schema::AnyOfBuilder::new().item(list("Point2")).item(list("Point3")).description(Some(doc));
+        components.push(("Points".into(), Schema::AnyOf(union.build()).into()));
+    }
+}
+
+impl Field for Vector {
+    fn schema() -> RefOr<Schema> {
+        Ref::from_schema_name("Vector").into()
+    }
+
+    fn collect(components: &mut Components) {
+        collect_dimensions(components);
+        let union = OneOfBuilder::new().item(Ref::from_schema_name("Point2")).item(Ref::from_schema_name("Point3"));
+        components.push(("Vector".into(), union.description(Some("One vector, 2D or 3D.")).into()));
+    }
+}
