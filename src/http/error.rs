@@ -23,15 +23,15 @@ pub struct Problem {
     /// A stable name to branch on, in snake case.
     code: &'static str,
     /// The values at fault.
-    errors: Vec<Item>,
+    errors: Box<[Item]>,
     /// The line of the request body, from 1, where the JSON itself is broken.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
-    line: Option<usize>,
+    line: Option<u32>,
     /// The column of that line, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
-    column: Option<usize>,
+    column: Option<u32>,
 }
 
 /// One value at fault.
@@ -50,18 +50,19 @@ impl Problem {
     /// A problem of the request as a whole.
     pub fn new(status: StatusCode, code: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
         let kind = format!("urn:springline:problem:{code}");
-        Problem { kind, title, status: status.as_u16(), detail: detail.into(), code, errors: Vec::new(), line: None, column: None }
+        Problem { kind, title, status: status.as_u16(), detail: detail.into(), code, errors: Box::default(), line: None, column: None }
     }
 
     /// A problem of one value.
     pub fn at(status: StatusCode, code: &'static str, title: &'static str, pointer: String, detail: String) -> Self {
         let what = if pointer.is_empty() { detail.clone() } else { format!("{pointer}: {detail}") };
-        Problem { errors: vec![Item { pointer, code, detail }], ..Problem::new(status, code, title, what) }
+        Problem { errors: Box::new([Item { pointer, code, detail }]), ..Problem::new(status, code, title, what) }
     }
 
     /// The same problem with the position in the text.
     pub fn with_position(self, line: usize, column: usize) -> Self {
-        Problem { line: Some(line), column: Some(column), ..self }
+        let known = |position| u32::try_from(position).ok();
+        Problem { line: known(line), column: known(column), ..self }
     }
 
     /// A bug of ours; the client learns nothing of its insides.

@@ -84,7 +84,7 @@ impl<'de> Deserialize<'de> for Whole {
             }
 
             fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Whole, E> {
-                let whole = value >= 0.0 && value <= Whole::MOST && value.fract() == 0.0;
+                let whole = (0.0..=Whole::MOST).contains(&value) && value.fract() == 0.0;
                 if whole { Ok(Whole(value as usize)) } else { Err(E::invalid_type(serde::de::Unexpected::Float(value), &self)) }
             }
         }
