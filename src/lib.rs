@@ -4,8 +4,10 @@
 //! - [`http`]: the edge: routes, what the JSON looks like, errors, the specification.
 //! - [`server`]: runs the service on a listener until it is told to stop.
 //! - [`config`]: the settings.
+//! - [`healthcheck`]: asks a running service whether it is alive.
 
 pub mod config;
 pub mod core;
+pub mod healthcheck;
 pub mod http;
 pub mod server;

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use springline::config::Config;
-use springline::{http, server};
+use springline::{healthcheck, http, server};
 use tokio::net::TcpListener;
 
 /// Curves with shape parameters, over HTTP
@@ -23,6 +23,8 @@ enum Command {
     Serve(Config),
     /// Print the OpenAPI specification
     Openapi,
+    /// Ask the service on the configured address whether it is alive
+    Healthcheck(Config),
 }
 
 fn main() -> ExitCode {
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
         None => serve(&cli.config),
         Some(Command::Serve(config)) => serve(&config),
         Some(Command::Openapi) => print_openapi(),
+        Some(Command::Healthcheck(config)) => healthcheck::check(config.listen).map_err(Into::into),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
