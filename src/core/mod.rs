@@ -13,6 +13,7 @@ pub mod error;
 pub mod evaluate;
 pub mod interpolate;
 pub mod knots;
+pub mod least_squares;
 pub mod limits;
 pub mod parameterization;
 pub mod point;
