@@ -144,7 +144,9 @@ mod tests {
 
     /// Numbers in [-1, 1) that look random and are always the same.
     fn number(i: usize) -> f64 {
-        ((i * 7919 + 13) * 104_729 % 65_521) as f64 / 32_760.5 - 1.0
+        let mixed = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
     fn coefficients(i: usize, count: usize) -> Vec<f64> {

@@ -11,6 +11,7 @@ pub mod continuity;
 pub mod curve;
 pub mod error;
 pub mod evaluate;
+pub mod fit;
 pub mod interpolate;
 pub mod knots;
 pub mod least_squares;

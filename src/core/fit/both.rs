@@ -1,0 +1,113 @@
+//! Control points and shape matrix in turn.
+
+use super::data::Data;
+use super::parameters::distinct;
+use super::quasi::{best_matrix, centre, quasi_basis};
+use super::reduced::{Reduced, deficiency, solve_for_control_points};
+use super::shape::check_degree;
+use super::{Ends, Family, PROGRESS, Solved, Solver};
+use crate::core::basis::ShapeMatrix;
+use crate::core::curve::Single;
+use crate::core::error::{Error, Fault, at_least};
+use crate::core::point::{Point, magnitude};
+
+/// The most rounds of alternation.
+const ROUNDS: usize = 100;
+
+/// Alternates the best control points for a matrix and the best matrix for control points.
+pub(super) struct Both {
+    degree: usize,
+    order: usize,
+}
+
+impl Both {
+    /// Only a degree above the order leaves the data something to say about the shape.
+    ///
+    /// # Errors
+    /// At `family`, `order` or `degree`.
+    pub(super) fn new(family: Family, order: usize) -> Result<Self, Error> {
+        let Family::Quasi { degree } = family else { return Err(undetermined("bezier, beta-bezier and alpha-beta-bezier").at("family")) };
+        at_least("as the order", order, 1).map_err(|fault| fault.at("order"))?;
+        check_degree(degree, order).map_err(|fault| fault.at("degree"))?;
+        if degree == order {
+            return Err(undetermined("quasi-bezier with degree = order").at("degree"));
+        }
+        Ok(Both { degree, order })
+    }
+}
+
+fn undetermined(families: &str) -> Fault {
+    Fault::RankDeficient(format!(
+        "the curves of {families} are all polynomials of their degree, for every regular value of the shape parameters; so with \
+         control points sought too, the data cannot determine the shape. Use the kind \"control-points\" with a basis you choose, \
+         or quasi-bezier with a degree above the order"
+    ))
+}
+
+/// What alternation works on: data reduced to the Bezier points of the degree, counted from `origin`.
+struct Alternation<const D: usize> {
+    reduced: Reduced<D>,
+    fixed: Option<(Point<D>, Point<D>)>,
+    degree: usize,
+    ends: Ends,
+}
+
+/// A matrix, a polygon and their error.
+struct State<const D: usize> {
+    matrix: ShapeMatrix,
+    polygon: Vec<Point<D>>,
+    error: f64,
+}
+
+impl<const D: usize> Solver<D> for Both {
+    fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+        let origin = centre(&data.points);
+        let fixed = data.fixed_ends().map(|(first, last)| (first - origin, last - origin));
+        let reduced = Reduced::new(data, parameters, self.degree, origin);
+        let alternation = Alternation { reduced, fixed, degree: self.degree, ends: data.ends };
+        let start = ShapeMatrix::elevation(self.degree, self.order);
+        let first = alternation.best_polygon(start).map_err(|deficient| {
+            let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
+            let count = distinct(parameters.iter().copied().filter(inner));
+            deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
+        })?;
+        let rounding = f64::EPSILON * alternation.reduced.norm() * magnitude(&data.points);
+        let (best, iterations, converged) = alternation.descend(first, rounding);
+        let mut points: Vec<_> = best.polygon.iter().map(|&p| p + origin).collect();
+        if let Some((start, end)) = data.fixed_ends() {
+            (points[0], points[self.order]) = (start, end);
+        }
+        let curve = Single::new(quasi_basis(&best.matrix)?, points).map_err(|error| Error::from(error.fault).at("points"))?;
+        Ok(Solved { curve, iterations, converged, at_bounds: Vec::new() })
+    }
+}
+
+impl<const D: usize> Alternation<D> {
+    fn best_polygon(&self, matrix: ShapeMatrix) -> Result<State<D>, crate::core::least_squares::Deficient> {
+        let polygon = solve_for_control_points(self.reduced.equations(), &matrix, self.fixed)?;
+        let error = self.reduced.error(&matrix.apply(&polygon));
+        Ok(State { matrix, polygon, error })
+    }
+
+    /// Rounds of both steps, while the error falls; a round that loses the rank of the matrix or the
+    /// polygon is dropped. Also how many rounds there were, and whether progress ended them.
+    fn descend(&self, first: State<D>, rounding: f64) -> (State<D>, usize, bool) {
+        let mut best = first;
+        for round in 1..=ROUNDS {
+            if best.error <= rounding {
+                return (best, round, true);
+            }
+            let next = best_matrix(&self.reduced, &best.polygon, self.degree, self.ends)
+                .and_then(|matrix| self.best_polygon(matrix))
+                .ok()
+                .filter(|next| next.error < best.error && quasi_basis(&next.matrix).is_ok());
+            let Some(next) = next else { return (best, round, true) };
+            let little = best.error - next.error <= PROGRESS * best.error;
+            best = next;
+            if little {
+                return (best, round, true);
+            }
+        }
+        (best, ROUNDS, false)
+    }
+}

@@ -1,0 +1,68 @@
+//! The control points of one segment of a known basis.
+
+use super::data::Data;
+use super::parameters::distinct;
+use super::reduced::{deficiency, equations, solve_for_control_points};
+use super::{Ends, Solved, Solver};
+use crate::core::basis::{Basis, ShapeMatrix};
+use crate::core::curve::Single;
+use crate::core::error::{Error, Fault};
+use crate::core::point::Point;
+
+/// Linear least squares for the control points.
+pub(super) struct ControlPoints {
+    basis: Basis,
+    order: usize,
+    matrix: ShapeMatrix,
+}
+
+impl ControlPoints {
+    /// Checks that the basis suits the order and the ends.
+    ///
+    /// # Errors
+    /// At `order` or `basis`.
+    pub(super) fn new(basis: Basis, order: usize, ends: Ends) -> Result<Self, Error> {
+        basis.degree(order).map_err(|fault| fault.at("order"))?;
+        let matrix = basis.shape_matrix(order);
+        if ends == Ends::Interpolate && !matrix.interpolates_end_points() {
+            let why = "curves of this basis do not start and end at their first and last control points (the first and last row of the \
+                       shape matrix are not unit rows), so they cannot be made to pass through the first and last point; \
+                       use ends \"free\"";
+            return Err(Fault::UnsuitableBasis(why.into()).at("basis"));
+        }
+        Ok(ControlPoints { basis, order, matrix })
+    }
+
+    /// Why there is more than one solution.
+    fn refuse_straight_limit(&self) -> Result<(), Error> {
+        match &self.basis {
+            Basis::Beta(beta) if beta.beta().is_infinite() && self.order > 1 => Err(Fault::RankDeficient(
+                "lambda = 0 (beta = infinity) is the straight limit: the inner control points have no influence on the curve, so the data \
+                 cannot determine them; use lambda > 0, or order 1"
+                    .into(),
+            )
+            .at("basis")
+            .at("solve")),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl<const D: usize> Solver<D> for ControlPoints {
+    fn length(&self) -> f64 {
+        self.basis.length()
+    }
+
+    fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+        self.refuse_straight_limit()?;
+        let length = self.basis.length();
+        let rows = equations(data, parameters, length, self.matrix.degree(), Point::ZERO);
+        let points = solve_for_control_points(rows, &self.matrix, data.fixed_ends()).map_err(|deficient| {
+            let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < length);
+            let count = distinct(parameters.iter().copied().filter(inner));
+            deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
+        })?;
+        let curve = Single::new(self.basis.clone(), points).map_err(|error| Error::from(error.fault).at("points"))?;
+        Ok(Solved { curve, iterations: 1, converged: true, at_bounds: Vec::new() })
+    }
+}

@@ -1,0 +1,110 @@
+//! Parameter correction: each point's parameter moves to the foot of the point on the curve.
+//!
+//! Hoschek 1988, "Intrinsic parametrization for approximation", CAGD 5.
+
+use super::data::Data;
+use super::{Ends, Fit, Solver};
+use crate::core::curve::{Composite, Evaluator};
+use crate::core::error::Error;
+use crate::core::point::{Point, magnitude};
+
+/// The most rounds of parameter correction.
+pub const CORRECTION_ROUNDS: usize = 100;
+/// A round that lowers the rms distance by less than this part of it is the last.
+pub const PROGRESS: f64 = 1e-6;
+
+/// Newton steps towards one foot in one round. The next round goes on where they end.
+const NEWTON_STEPS: usize = 8;
+
+/// Alternates feet and solves while the rms distance falls. A round that would raise it, or whose
+/// problem has no unique solution, is dropped.
+pub(super) fn correct<const D: usize>(first: Fit<D>, solver: &dyn Solver<D>, data: &Data<D>) -> Result<Fit<D>, Error> {
+    let rounding = f64::EPSILON * magnitude(&data.points);
+    let mut best = Fit { converged: false, iterations: 1, ..first };
+    while !best.converged && best.iterations < CORRECTION_ROUNDS {
+        let parameters = feet(&best.curve.composite()?, data, &best.parameters);
+        let next = solver.solve(data, &parameters).and_then(|solved| Fit::of(solved, data, parameters));
+        let iterations = best.iterations + 1;
+        let before = best.error.rms;
+        match next {
+            Ok(next) if next.error.rms < before => best = next,
+            _ => {}
+        }
+        best.converged = before - best.error.rms <= PROGRESS * before || best.error.rms <= rounding;
+        best.iterations = iterations;
+    }
+    Ok(best)
+}
+
+/// The curve with what Newton's method needs.
+struct Feet<'a, const D: usize> {
+    length: f64,
+    curve: Evaluator<'a, D>,
+    first: Evaluator<'a, D>,
+    second: Evaluator<'a, D>,
+}
+
+/// A parameter for each point at which the curve is no further from it than before.
+fn feet<const D: usize>(curve: &Composite<D>, data: &Data<D>, parameters: &[f64]) -> Vec<f64> {
+    let first = curve.derivative();
+    let second = first.derivative();
+    let (_, length) = curve.breaks().domain();
+    let feet = Feet { length, curve: curve.evaluator(), first: first.evaluator(), second: second.evaluator() };
+    let last = parameters.len() - 1;
+    let held = |i: usize| data.ends == Ends::Interpolate && (i == 0 || i == last);
+    let moved = |(i, &t): (usize, &f64)| if held(i) { t } else { feet.near(data.points[i], t) };
+    parameters.iter().enumerate().map(moved).collect()
+}
+
+impl<const D: usize> Feet<'_, D> {
+    /// Newton's method for `(C(t) - p) . C'(t) = 0`, kept inside the domain; a step that does not
+    /// bring the curve closer is halved, then given up.
+    fn near(&self, point: Point<D>, start: f64) -> f64 {
+        let (mut t, mut distance) = (start, self.curve.at(start).distance(point));
+        for _ in 0..NEWTON_STEPS {
+            let closer = |step: f64| {
+                let to = (t + step).clamp(0.0, self.length);
+                let there = self.curve.at(to).distance(point);
+                (there < distance).then_some((to, there))
+            };
+            let Some(step) = self.step(point, t) else { break };
+            let Some(next) = [1.0, 0.5, 0.25, 0.0625].iter().find_map(|part| closer(step * part)) else { break };
+            (t, distance) = next;
+        }
+        t
+    }
+
+    /// A Newton step where the distance is convex, else a Gauss-Newton step; both go downhill.
+    fn step(&self, point: Point<D>, t: f64) -> Option<f64> {
+        let (off, tangent) = (self.curve.at(t) - point, self.first.at(t));
+        let speed = tangent.dot(tangent);
+        let curvature = speed + off.dot(self.second.at(t));
+        let slope = off.dot(tangent);
+        let step = -slope / if curvature > 0.0 { curvature } else { speed };
+        (step.is_finite() && step != 0.0).then_some(step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::basis::{Basis, Bezier};
+    use crate::core::curve::Single;
+
+    #[test]
+    fn a_foot_is_where_the_offset_is_normal_and_never_further() {
+        let polygon = vec![Point([0.0, 0.0]), Point([1.0, 3.0]), Point([4.0, 3.0]), Point([5.0, -1.0])];
+        let curve = Single::new(Basis::Bezier(Bezier), polygon).unwrap().composite().unwrap();
+        let points = (0..9).map(|i| Point([0.7 * i as f64 - 0.3, 2.0 - 0.3 * i as f64])).collect();
+        let data = Data::new(points, None, Ends::Free).unwrap();
+        let start: Vec<f64> = (0..9).map(|i| i as f64 / 8.0).collect();
+        let found = feet(&curve, &data, &start);
+        let derivative = curve.derivative();
+        let (at, tangent) = (curve.evaluator(), derivative.evaluator());
+        for (i, (&t, &p)) in found.iter().zip(&data.points).enumerate() {
+            assert!(at.at(t).distance(p) <= at.at(start[i]).distance(p));
+            let normal = (at.at(t) - p).dot(tangent.at(t)).abs() < 1e-6;
+            assert!(normal || t == 0.0 || t == 1.0, "point {i} at {t}");
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! The points to fit, checked.
+
+use super::Ends;
+use crate::core::curve::finite_points;
+use crate::core::error::{At, Error, Fault, at_least, at_most};
+use crate::core::limits;
+use crate::core::point::Point;
+
+/// Points, weights and what happens at the ends.
+pub(super) struct Data<const D: usize> {
+    pub(super) points: Vec<Point<D>>,
+    weights: Option<Vec<f64>>,
+    pub(super) ends: Ends,
+}
+
+impl<const D: usize> Data<D> {
+    /// Checks counts, that numbers are finite, and that weights are positive.
+    pub(super) fn new(points: Vec<Point<D>>, weights: Option<Vec<f64>>, ends: Ends) -> Result<Self, Error> {
+        let counted = at_least("points", points.len(), 2);
+        counted.and_then(|()| at_most("points", points.len(), limits::DATA_POINTS, "Thin the data out")).map_err(|f| f.at("points"))?;
+        finite_points(&points).at("points")?;
+        if let Some(weights) = &weights {
+            check_weights(weights, points.len()).at("weights")?;
+        }
+        Ok(Data { points, weights, ends })
+    }
+
+    /// The weight of one point.
+    pub(super) fn weight(&self, i: usize) -> f64 {
+        self.weights.as_ref().map_or(1.0, |weights| weights[i])
+    }
+
+    /// The first and the last point, where the curve must pass through them.
+    pub(super) fn fixed_ends(&self) -> Option<(Point<D>, Point<D>)> {
+        match self.ends {
+            Ends::Interpolate => Some((self.points[0], self.points[self.points.len() - 1])),
+            Ends::Free => None,
+        }
+    }
+}
+
+fn check_weights(weights: &[f64], points: usize) -> Result<(), Error> {
+    if weights.len() != points {
+        return Err(Fault::WrongCount { what: "weights", count: weights.len(), expected: points, rule: "one weight per point" }.into());
+    }
+    match weights.iter().position(|&w| !(w > 0.0 && w.is_finite())) {
+        Some(i) => {
+            let allowed = "a finite weight > 0 (leave a point out instead of giving it weight 0)".into();
+            Err(Fault::OutOfRange { what: "this weight", value: weights[i], allowed }.at(i))
+        }
+        None => Ok(()),
+    }
+}

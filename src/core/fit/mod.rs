@@ -1,0 +1,211 @@
+//! Curves close to points: control points, shape parameters, both, or as few segments as a tolerance allows.
+//!
+//! Every linear problem goes through [`least_squares`](super::least_squares), so no condition number
+//! is squared. The error that is returned is measured afresh on the curve that is returned.
+
+mod alpha_beta;
+mod beta;
+mod both;
+mod coarsen;
+mod combination;
+mod control_points;
+mod correction;
+mod data;
+mod measure;
+mod parameters;
+mod quadratic_program;
+mod quasi;
+mod reduced;
+mod refine;
+mod shape;
+mod spline;
+mod tolerance;
+
+pub use correction::{CORRECTION_ROUNDS, PROGRESS};
+pub use measure::FitError;
+pub use parameters::Parameters;
+
+use super::basis::Basis;
+use super::curve::{Curve, Single};
+use super::error::{At, Error, Fault};
+use super::point::Point;
+use data::Data;
+
+/// How to fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options<const D: usize> {
+    /// One positive weight per point; none means that all count the same.
+    pub weights: Option<Vec<f64>>,
+    /// How the points get their parameters.
+    pub parameters: Parameters,
+    /// What happens at the first and the last point.
+    pub ends: Ends,
+    /// Whether to move the parameters to the feet of the points on the curve, and solve again (Hoschek 1988).
+    pub parameter_correction: bool,
+    /// What is sought.
+    pub solve: Solve<D>,
+}
+
+/// What happens at the first and the last point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ends {
+    /// The curve starts exactly at the first point and ends exactly at the last.
+    Interpolate,
+    /// The first and the last point count like any other.
+    Free,
+}
+
+/// What is sought.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Solve<const D: usize> {
+    /// The control points of one segment: linear least squares.
+    ControlPoints {
+        /// The basis, shape parameters included.
+        basis: Basis,
+        /// One less than the number of control points.
+        order: usize,
+    },
+    /// The shape parameters of one segment, whose control polygon is given.
+    Shape {
+        /// Whose shape parameters.
+        family: Family,
+        /// The control polygon.
+        control_points: Vec<Point<D>>,
+    },
+    /// Control points and shape parameters, in turn, from degree elevation on: a local minimum.
+    Both {
+        /// Only quasi-bezier of a degree above the order: see [`fit`].
+        family: Family,
+        /// One less than the number of control points.
+        order: usize,
+    },
+    /// A C2 piecewise cubic with few segments, no point further from it than the tolerance.
+    Tolerance {
+        /// The basis of every segment.
+        basis: Basis,
+        /// The largest distance allowed between a point and the curve at its parameter; absolute.
+        tolerance: f64,
+    },
+}
+
+/// A family whose shape parameters are sought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// Without shape parameters: nothing to seek.
+    Bezier,
+    /// `beta` in [0, infinity].
+    Beta,
+    /// `s = alpha beta` in (0, 3]: the only combination that changes the curve.
+    AlphaBeta,
+    /// The shape matrix.
+    Quasi {
+        /// The degree of the curve, at least the order of the polygon.
+        degree: usize,
+    },
+}
+
+/// A fitted curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit<const D: usize> {
+    /// The curve.
+    pub curve: Curve<D>,
+    /// Unweighted distances between each point and the curve at its parameter, measured on `curve`.
+    pub error: FitError,
+    /// The native parameter of each point.
+    pub parameters: Vec<f64>,
+    /// Rounds of parameter correction, of alternation, or of refinement; 1 where one solve was enough.
+    pub iterations: usize,
+    /// Whether progress ended the rounds, and not their limit.
+    pub converged: bool,
+    /// Shape parameters that ended on a bound of their range.
+    pub at_bounds: Vec<&'static str>,
+    /// For [`Solve::Tolerance`]: whether it was verified that no single joint can be left out.
+    pub locally_minimal: Option<bool>,
+}
+
+/// A segment that one solve found.
+struct Solved<const D: usize> {
+    curve: Single<D>,
+    iterations: usize,
+    converged: bool,
+    at_bounds: Vec<&'static str>,
+}
+
+/// A way to find a single segment for points whose parameters are known.
+trait Solver<const D: usize> {
+    /// The length of the domain of the curve to come.
+    fn length(&self) -> f64 {
+        1.0
+    }
+
+    /// The best segment for these parameters.
+    fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error>;
+}
+
+/// Fits a curve to points.
+///
+/// - [`Solve::ControlPoints`]: the least-squares solution, O(points * order^2).
+/// - [`Solve::Shape`]: the data are reduced once to `degree + 1` equations, O(points * degree^2).
+///   alpha-beta-Bezier: the minimum, in closed form, returned as `alpha = 1, beta = s`.
+///   Beta-Bezier: a fixed grid in `beta / (1 + beta)`, its three best valleys refined.
+///   Quasi-Bezier: the minimum of a convex program; where several matrices give that curve, the one
+///   closest to degree elevation row by row.
+/// - [`Solve::Both`]: those two steps in turn, none of which raises the error: a local minimum.
+///   Families with `degree = order` are refused: each spans all polynomials of its degree whatever
+///   its shape parameters, so the data cannot tell them.
+/// - [`Solve::Tolerance`]: segments are split at data parameters until the least-squares spline holds
+///   the tolerance, then joints are taken out while it still does. `locally_minimal` says whether
+///   taking out every single remaining joint was tried in vain; work on that is bounded.
+///
+/// With `parameter_correction` the parameters move to the feet of the points on the curve and the
+/// problem is solved again, while that lowers the rms distance, up to [`CORRECTION_ROUNDS`] rounds.
+///
+/// # Errors
+/// At `points`, `weights`, `parameterization/values`, `ends`, `parameter_correction` or `solve`:
+/// counts and ranges, contradictions, [`Fault::RankDeficient`] where more than one curve fits best,
+/// [`Fault::ToleranceNotMet`] where points of one parameter are too far apart.
+///
+/// ```
+/// use springline::core::basis::{Basis, Bezier};
+/// use springline::core::fit::{Ends, Options, Parameters, Solve, fit};
+/// use springline::core::point::Point;
+///
+/// let points = vec![Point([0.0, 0.0]), Point([1.0, 1.0]), Point([2.0, 1.0]), Point([3.0, 0.0])];
+/// let solve = Solve::ControlPoints { basis: Basis::Bezier(Bezier), order: 2 };
+/// let parameters = Parameters::ChordLength;
+/// let options = Options { weights: None, parameters, ends: Ends::Interpolate, parameter_correction: true, solve };
+/// let fit = fit(points, options)?;
+/// assert!(fit.error.max < 0.01);
+/// # Ok::<_, springline::core::error::Error>(())
+/// ```
+pub fn fit<const D: usize>(points: Vec<Point<D>>, options: Options<D>) -> Result<Fit<D>, Error> {
+    let data = Data::new(points, options.weights, options.ends)?;
+    let single = |solver: &dyn Solver<D>| {
+        let parameters = options.parameters.on_domain(&data, solver.length())?;
+        let first = Fit::of(solver.solve(&data, &parameters)?, &data, parameters)?;
+        if options.parameter_correction { correction::correct(first, solver, &data) } else { Ok(first) }
+    };
+    match options.solve {
+        Solve::ControlPoints { basis, order } => single(&control_points::ControlPoints::new(basis, order, data.ends).at("solve")?),
+        Solve::Shape { family, control_points } => single(shape::solver(family, control_points, &data)?.as_ref()),
+        Solve::Both { family, order } => single(&both::Both::new(family, order).at("solve")?),
+        Solve::Tolerance { basis, tolerance } => {
+            if options.parameter_correction {
+                let why = "parameter correction would move the parameters at which a tolerance fit places its joints; leave it out here";
+                return Err(Fault::Contradiction(why.into()).at("parameter_correction"));
+            }
+            let parameters = options.parameters.in_order(&data)?;
+            tolerance::fit(&data, parameters, basis, tolerance)
+        }
+    }
+}
+
+impl<const D: usize> Fit<D> {
+    /// What a solve found, measured.
+    fn of(solved: Solved<D>, data: &Data<D>, parameters: Vec<f64>) -> Result<Self, Error> {
+        let Solved { curve, iterations, converged, at_bounds } = solved;
+        let curve = Curve::Single(curve);
+        let error = measure::measure(&curve, &data.points, &parameters)?;
+        Ok(Fit { curve, error, parameters, iterations, converged, at_bounds, locally_minimal: None })
+    }
+}

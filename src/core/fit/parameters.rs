@@ -1,0 +1,165 @@
+//! The parameters of the points to fit.
+
+use super::Ends;
+use super::data::Data;
+use crate::core::error::{At, Error, Fault, increasing};
+use crate::core::parameterization::Parameterization;
+
+/// A rule for parameters, or the parameters themselves. Unlike the knots of an interpolant,
+/// parameters of a fit may repeat.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Parameters {
+    /// Evenly spaced.
+    Uniform,
+    /// In proportion to the distances between neighbours.
+    ChordLength,
+    /// In proportion to the square roots of the distances (Lee 1989).
+    Centripetal,
+    /// One native parameter per point. For a single segment: inside its domain, in any order. For a
+    /// tolerance fit: not decreasing; the first and the last are the domain.
+    Values(Vec<f64>),
+}
+
+impl Parameters {
+    /// The name on the wire.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Parameters::Values(_) => "parameters",
+            Parameters::Uniform => Parameterization::Uniform.name(),
+            Parameters::ChordLength => Parameterization::ChordLength.name(),
+            Parameters::Centripetal => Parameterization::Centripetal.name(),
+        }
+    }
+
+    /// Parameters on `[0, length]`; a rule fills it from end to end.
+    pub(super) fn on_domain<const D: usize>(&self, data: &Data<D>, length: f64) -> Result<Vec<f64>, Error> {
+        if let Parameters::Values(values) = self {
+            check_count(values, data).and_then(|()| check_domain(values, length, data.ends)).at("values").at("parameterization")?;
+            return Ok(values.clone());
+        }
+        let sums = self.sums(data)?;
+        let total = sums[sums.len() - 1];
+        Ok(sums.iter().map(|sum| sum / total * length).collect())
+    }
+
+    /// Parameters that do not decrease and span a domain of positive length.
+    pub(super) fn in_order<const D: usize>(&self, data: &Data<D>) -> Result<Vec<f64>, Error> {
+        let Parameters::Values(values) = self else { return self.sums(data) };
+        check_count(values, data).and_then(|()| check_order(values)).at("values").at("parameterization")?;
+        Ok(values.clone())
+    }
+
+    /// The running sums of a rule, the last of them positive.
+    fn sums<const D: usize>(&self, data: &Data<D>) -> Result<Vec<f64>, Error> {
+        let rule = match self {
+            Parameters::ChordLength => Parameterization::ChordLength,
+            Parameters::Centripetal => Parameterization::Centripetal,
+            Parameters::Uniform | Parameters::Values(_) => Parameterization::Uniform,
+        };
+        let sums = rule.sums(&data.points, data.points.len());
+        let total = sums[sums.len() - 1];
+        if !total.is_finite() {
+            return Err(Fault::Overflow.at("points"));
+        }
+        if total <= 0.0 {
+            let why = format!(
+                "all points coincide, so the {} parameterization gives them all the same parameter: no curve is determined",
+                self.name()
+            );
+            return Err(Fault::RankDeficient(why).at("points"));
+        }
+        Ok(sums)
+    }
+}
+
+fn check_count<const D: usize>(values: &[f64], data: &Data<D>) -> Result<(), Error> {
+    let expected = data.points.len();
+    if values.len() == expected {
+        return Ok(());
+    }
+    Err(Fault::WrongCount { what: "parameters", count: values.len(), expected, rule: "one parameter per point" }.into())
+}
+
+fn check_domain(values: &[f64], length: f64, ends: Ends) -> Result<(), Error> {
+    let refuse = |i: usize, allowed: String| Err(Fault::OutOfRange { what: "this parameter", value: values[i], allowed }.at(i));
+    if let Some(i) = values.iter().position(|t| !(0.0..=length).contains(t)) {
+        return refuse(i, format!("0 <= parameter <= {length:?}, the domain of the curve"));
+    }
+    let last = values.len() - 1;
+    match ends {
+        Ends::Interpolate if values[0] != 0.0 => {
+            refuse(0, "exactly 0, the start of the domain, as the curve is to start at the first point (ends \"interpolate\")".into())
+        }
+        Ends::Interpolate if values[last] != length => refuse(
+            last,
+            format!("exactly {length:?}, the end of the domain, as the curve is to end at the last point (ends \"interpolate\")"),
+        ),
+        _ => Ok(()),
+    }
+}
+
+fn check_order(values: &[f64]) -> Result<(), Error> {
+    if let Some(i) = values.iter().position(|t| !t.is_finite()) {
+        return Err(Fault::Overflow.at(i));
+    }
+    increasing("parameters", values, false)?;
+    let last = values.len() - 1;
+    if !(values[last] - values[0]).is_finite() {
+        return Err(Fault::Overflow.at(last));
+    }
+    if values[last] == values[0] {
+        let allowed = "greater than the first parameter: the two are the domain of the curve".into();
+        return Err(Fault::OutOfRange { what: "the last parameter", value: values[last], allowed }.at(last));
+    }
+    Ok(())
+}
+
+/// How many different values a list has.
+pub(super) fn distinct(values: impl Iterator<Item = f64>) -> usize {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::point::Point;
+
+    fn data(ends: Ends) -> Data<1> {
+        Data::new(vec![Point([0.0]), Point([1.0]), Point([1.0]), Point([4.0])], None, ends).unwrap()
+    }
+
+    #[test]
+    fn rules_fill_the_domain_and_allow_repeated_points() {
+        assert_eq!(Parameters::ChordLength.on_domain(&data(Ends::Free), 0.5).unwrap(), [0.0, 0.125, 0.125, 0.5]);
+        let awkward = Parameters::Uniform.on_domain(&data(Ends::Free), 0.1).unwrap();
+        assert_eq!(awkward[3], 0.1, "the last parameter is the end of the domain");
+    }
+
+    #[test]
+    fn given_values_are_held_to_the_domain_and_the_ends() {
+        let place = |values: [f64; 4], ends| Parameters::Values(values.to_vec()).on_domain(&data(ends), 1.0).unwrap_err().place.to_string();
+        assert_eq!(place([0.0, 0.5, 1.5, 1.0], Ends::Free), "/parameterization/values/2");
+        assert_eq!(place([0.0, f64::NAN, 0.5, 1.0], Ends::Free), "/parameterization/values/1");
+        assert_eq!(place([0.1, 0.2, 0.3, 1.0], Ends::Interpolate), "/parameterization/values/0");
+        assert_eq!(place([0.0, 0.2, 0.3, 0.9], Ends::Interpolate), "/parameterization/values/3");
+        assert!(Parameters::Values(vec![0.9, 0.2, 0.2, 0.1]).on_domain(&data(Ends::Free), 1.0).is_ok());
+    }
+
+    #[test]
+    fn a_tolerance_fit_takes_parameters_in_order() {
+        let place = |values: [f64; 4]| Parameters::Values(values.to_vec()).in_order(&data(Ends::Free)).unwrap_err().place.to_string();
+        assert_eq!(place([3.0, 4.0, 3.5, 5.0]), "/parameterization/values/2");
+        assert_eq!(place([3.0, 3.0, 3.0, 3.0]), "/parameterization/values/3");
+        assert_eq!(Parameters::Values(vec![-3.0, 4.0, 4.0, 5.0]).in_order(&data(Ends::Free)).unwrap(), [-3.0, 4.0, 4.0, 5.0]);
+    }
+
+    #[test]
+    fn coinciding_points_determine_nothing() {
+        let data = Data::new(vec![Point([2.0]); 5], None, Ends::Free).unwrap();
+        assert_eq!(Parameters::Centripetal.on_domain(&data, 1.0).unwrap_err().place.to_string(), "/points");
+        assert!(Parameters::Uniform.on_domain(&data, 1.0).is_ok());
+    }
+}

@@ -1,0 +1,71 @@
+//! Shape parameters of a segment whose control polygon is given.
+
+use super::alpha_beta::AlphaBetaShape;
+use super::beta::BetaShape;
+use super::data::Data;
+use super::quasi::QuasiShape;
+use super::{Family, Solver};
+use crate::core::basis::{AlphaBeta, Basis};
+use crate::core::curve::valid_points;
+use crate::core::error::{At, Error, Fault, at_least, at_most};
+use crate::core::limits;
+use crate::core::point::{Point, magnitude};
+
+/// The solver for the shape of this family.
+///
+/// # Errors
+/// At `solve/family`, `solve/degree`, `solve/control_points` or `ends`.
+pub(super) fn solver<const D: usize>(family: Family, polygon: Vec<Point<D>>, data: &Data<D>) -> Result<Box<dyn Solver<D>>, Error> {
+    check_polygon(&polygon, data)?;
+    Ok(match family {
+        Family::Bezier => {
+            let why = "bezier curves have no shape parameter to seek; use the kind \"control-points\", or a family with shape parameters";
+            return Err(Fault::UnsuitableBasis(why.into()).at("family").at("solve"));
+        }
+        Family::Beta => Box::new(BetaShape::new(polygon)),
+        Family::AlphaBeta => {
+            let basis = Basis::AlphaBeta(AlphaBeta::new(1.0, 3.0)?);
+            basis.degree(polygon.len() - 1).map_err(|fault| fault.at("control_points").at("solve"))?;
+            Box::new(AlphaBetaShape::new(polygon))
+        }
+        Family::Quasi { degree } => {
+            check_degree(degree, polygon.len() - 1).map_err(|fault| fault.at("degree").at("solve"))?;
+            Box::new(QuasiShape::new(degree, polygon))
+        }
+    })
+}
+
+/// A polygon a segment may have, that ends where the curve must end.
+fn check_polygon<const D: usize>(polygon: &[Point<D>], data: &Data<D>) -> Result<(), Error> {
+    valid_points(polygon, 2)
+        .and_then(|()| Ok(at_most("control points", polygon.len(), limits::DEGREE + 1, "Use several segments of lower order")?))
+        .at("control_points")
+        .at("solve")?;
+    let ends = Some((polygon[0], polygon[polygon.len() - 1]));
+    if data.fixed_ends().is_some_and(|fixed| Some(fixed) != ends) {
+        let why = "the control polygon does not start at the first point and end at the last, so no shape makes its curve do so; \
+                   use ends \"free\"";
+        return Err(Fault::Contradiction(why.into()).at("ends"));
+    }
+    Ok(())
+}
+
+/// Degrees a quasi-bezier curve of this order may have (Chen 2013 Note 3).
+pub(super) fn check_degree(degree: usize, order: usize) -> Result<(), Fault> {
+    at_least("as the degree (not less than the order)", degree, order)?;
+    at_most("as the degree", degree, limits::DEGREE, "Use a lower degree")
+}
+
+/// Below this, differences between the curves of two shapes are rounding.
+pub(super) fn rounding<const D: usize>(norm: f64, polygon: &[Point<D>]) -> f64 {
+    64.0 * f64::EPSILON * norm * magnitude(polygon)
+}
+
+/// The error where the shape parameter does not move the curve at any data parameter.
+pub(super) fn no_influence(parameter: &str) -> Error {
+    let why = format!(
+        "{parameter} has no influence on the curve of this control polygon at the data's parameters, so the data cannot determine it; \
+         use other control points, or seek the control points instead"
+    );
+    Fault::RankDeficient(why).at("control_points").at("solve")
+}
