@@ -13,6 +13,8 @@ use crate::core::point::{Point, magnitude};
 
 /// The most rounds of alternation.
 const ROUNDS: usize = 100;
+/// The most rounds of parameter correction around them.
+const CORRECTIONS: usize = 10;
 
 /// Alternates the best control points for a matrix and the best matrix for control points.
 pub(super) struct Both {
@@ -60,6 +62,10 @@ struct State<const D: usize> {
 }
 
 impl<const D: usize> Solver<D> for Both {
+    fn rounds(&self) -> usize {
+        CORRECTIONS
+    }
+
     fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         let origin = centre(&data.points);
         let fixed = data.fixed_ends().map(|(first, last)| (first - origin, last - origin));

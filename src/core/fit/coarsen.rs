@@ -1,13 +1,15 @@
 //! Fewer joints, while the tolerance holds.
 
+use std::collections::BTreeSet;
+
 use super::refine::violated_segments;
 use super::spline::{Ordered, Spline};
 use crate::core::error::Error;
 
 /// Trials of many joints at once.
-const BATCHES: usize = 60;
+const BATCHES: usize = 40;
 /// Points in all trials of one joint at a time: about a second's work.
-const WORK: usize = 8_000_000;
+const WORK: usize = 4_000_000;
 
 /// The spline without the joints it can do without, and whether every single remaining joint was tried in vain.
 ///
@@ -32,8 +34,9 @@ fn in_batches<const D: usize>(ordered: &Ordered<D>, spline: Spline<D>, tolerance
             trials += 1;
             let kept = best.joints.iter().copied().filter(|place| !out.contains(place)).collect();
             let Ok(trial) = ordered.spline(kept) else {
-                out.iter().for_each(|&place| needed[place] = true);
-                break;
+                // The joints that are left lose the rank together: try fewer.
+                keep_half(&mut out, &mut needed);
+                continue;
             };
             let violated = violated_segments(ordered, &trial, tolerance);
             if !violated.contains(&true) {
@@ -47,7 +50,7 @@ fn in_batches<const D: usize>(ordered: &Ordered<D>, spline: Spline<D>, tolerance
 }
 
 /// Joints to take out together: no two neighbours, the least jumps first, no more than half of the candidates.
-fn removable<const D: usize>(spline: &Spline<D>, needed: &[bool]) -> Result<std::collections::BTreeSet<usize>, Error> {
+fn removable<const D: usize>(spline: &Spline<D>, needed: &[bool]) -> Result<BTreeSet<usize>, Error> {
     let order = by_jump(spline)?;
     let mut taken = vec![false; spline.joints.len()];
     let candidates: Vec<usize> = order.into_iter().filter(|&k| !needed[spline.joints[k]]).collect();
@@ -57,8 +60,17 @@ fn removable<const D: usize>(spline: &Spline<D>, needed: &[bool]) -> Result<std:
     Ok((0..taken.len()).filter(|&k| taken[k]).map(|k| spline.joints[k]).collect())
 }
 
+/// Puts back the second half of the joints; a single one for good.
+fn keep_half(out: &mut BTreeSet<usize>, needed: &mut [bool]) {
+    let middle = out.iter().nth(out.len() / 2).copied().unwrap_or(0);
+    if out.len() == 1 {
+        needed[middle] = true;
+    }
+    out.split_off(&middle);
+}
+
 /// Puts back the joints inside violated segments; where there is none, all that are near one, or else all.
-fn restore(out: &mut std::collections::BTreeSet<usize>, needed: &mut [bool], joints: &[usize], violated: &[bool]) {
+fn restore(out: &mut BTreeSet<usize>, needed: &mut [bool], joints: &[usize], violated: &[bool]) {
     let mut reach = 0;
     loop {
         let near = |k: usize| (k.saturating_sub(reach)..=(k + reach).min(violated.len() - 1)).any(|k| violated[k]);
@@ -96,25 +108,26 @@ fn by_jump<const D: usize>(spline: &Spline<D>) -> Result<Vec<usize>, Error> {
     Ok(order.into_iter().map(|(k, _)| k).collect())
 }
 
-/// Takes out one joint after the other, until each that is left was tried since the last success, or the work is done.
+/// Takes out one joint after the other, in sweeps, until a sweep takes out none, or the work is done.
 fn one_by_one<const D: usize>(ordered: &Ordered<D>, spline: Spline<D>, tolerance: f64) -> Result<(Spline<D>, bool), Error> {
     let mut best = spline;
     let mut trials = WORK / ordered.parameters.len();
-    'sweep: loop {
-        for k in by_jump(&best)? {
+    loop {
+        let places: Vec<usize> = by_jump(&best)?.into_iter().map(|k| best.joints[k]).collect();
+        let before = best.segments();
+        for place in places {
             if trials == 0 {
                 return Ok((best, false));
             }
             trials -= 1;
-            let mut kept = best.joints.clone();
-            kept.remove(k);
-            if let Ok(trial) = ordered.spline(kept)
-                && trial.error() <= tolerance
-            {
-                best = trial;
-                continue 'sweep;
-            }
+            let fewer = best.joints.iter().copied().filter(|&joint| joint != place).collect();
+            best = match ordered.spline(fewer) {
+                Ok(trial) if trial.error() <= tolerance => trial,
+                _ => best,
+            };
         }
-        return Ok((best, true));
+        if best.segments() == before {
+            return Ok((best, true));
+        }
     }
 }

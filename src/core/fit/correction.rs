@@ -21,7 +21,7 @@ const NEWTON_STEPS: usize = 8;
 pub(super) fn correct<const D: usize>(first: Fit<D>, solver: &dyn Solver<D>, data: &Data<D>) -> Result<Fit<D>, Error> {
     let rounding = f64::EPSILON * magnitude(&data.points);
     let mut best = Fit { converged: false, iterations: 1, ..first };
-    while !best.converged && best.iterations < CORRECTION_ROUNDS {
+    while !best.converged && best.iterations < solver.rounds() {
         let parameters = feet(&best.curve.composite()?, data, &best.parameters);
         let next = solver.solve(data, &parameters).and_then(|solved| Fit::of(solved, data, parameters));
         let iterations = best.iterations + 1;

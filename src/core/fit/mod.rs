@@ -138,6 +138,11 @@ trait Solver<const D: usize> {
         1.0
     }
 
+    /// The most rounds of parameter correction.
+    fn rounds(&self) -> usize {
+        CORRECTION_ROUNDS
+    }
+
     /// The best segment for these parameters.
     fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error>;
 }
@@ -158,7 +163,8 @@ trait Solver<const D: usize> {
 ///   taking out every single remaining joint was tried in vain; work on that is bounded.
 ///
 /// With `parameter_correction` the parameters move to the feet of the points on the curve and the
-/// problem is solved again, while that lowers the rms distance, up to [`CORRECTION_ROUNDS`] rounds.
+/// problem is solved again, while that lowers the rms distance, up to [`CORRECTION_ROUNDS`] rounds
+/// (for [`Solve::Both`], whose rounds are long, 10).
 ///
 /// # Errors
 /// At `points`, `weights`, `parameterization/values`, `ends`, `parameter_correction` or `solve`:

@@ -5,6 +5,12 @@ use crate::core::least_squares::Deficient;
 
 /// After so many rounds every segment is split, so that the rounds that follow are few.
 const PATIENCE: usize = 40;
+/// Places a segment spans before it is split, as long as others can be: two halves with a place inside each.
+const ROOMY: usize = 4;
+/// Places a segment must span for a place to be inside it.
+const TIGHT: usize = 2;
+/// Lengths this close, relative to the segment, differ by rounding.
+const TIE: f64 = 1e-9;
 
 /// The first spline on a path from one segment to interpolation that holds the tolerance, and how
 /// many splines were tried; the last one where none does.
@@ -15,7 +21,8 @@ pub(super) fn refine<const D: usize>(ordered: &Ordered<D>, tolerance: f64) -> Re
     let mut rounds = 1;
     while spline.error() > tolerance {
         let Some(joints) = more_joints(ordered, &spline, tolerance, rounds >= PATIENCE) else { break };
-        spline = ordered.spline(joints)?;
+        // Long runs of neighbouring joints are determined, but may lose all digits; interpolation is sound.
+        spline = ordered.spline(joints).or_else(|_| ordered.spline(not_a_knot(ordered.places.len())))?;
         rounds += 1;
     }
     Ok((spline, rounds))
@@ -29,15 +36,12 @@ fn more_joints<const D: usize>(ordered: &Ordered<D>, spline: &Spline<D>, toleran
     if spline.joints.len() >= most {
         return None;
     }
-    let violated = if all { vec![true; spline.segments()] } else { violated_segments(ordered, spline, tolerance) };
-    let mut joints = split(ordered, &spline.joints, &violated);
-    if joints.len() == spline.joints.len() {
-        joints = split(ordered, &spline.joints, &vec![true; spline.segments()]);
-    }
-    if joints.len() > most {
-        joints = not_a_knot(places);
-    }
-    Some(joints)
+    let every = vec![true; spline.segments()];
+    let violated = if all { every.clone() } else { violated_segments(ordered, spline, tolerance) };
+    let ways = [(&violated, ROOMY), (&violated, TIGHT), (&every, TIGHT)];
+    let finer = ways.into_iter().map(|(marked, least)| split(ordered, spline, marked, least));
+    let joints = finer.into_iter().find(|finer| finer.len() > spline.joints.len());
+    Some(joints.filter(|joints| joints.len() <= most).unwrap_or_else(|| not_a_knot(places)))
 }
 
 /// Joints at all places but the second and the last but one: as many coefficients as places.
@@ -59,22 +63,28 @@ pub(super) fn violated_segments<const D: usize>(ordered: &Ordered<D>, spline: &S
     violated
 }
 
-/// A new joint in the middle of each marked segment that has a place inside.
-fn split<const D: usize>(ordered: &Ordered<D>, joints: &[usize], marked: &[bool]) -> Vec<usize> {
-    let mut finer = Vec::with_capacity(2 * joints.len());
-    for (ends, &marked) in joints.windows(2).zip(marked) {
+/// A new joint in the middle of each marked segment that is long enough.
+fn split<const D: usize>(ordered: &Ordered<D>, spline: &Spline<D>, marked: &[bool], least: usize) -> Vec<usize> {
+    let mut finer = Vec::with_capacity(2 * spline.joints.len());
+    for (ends, &marked) in spline.joints.windows(2).zip(marked) {
         finer.push(ends[0]);
-        if marked && ends[1] - ends[0] >= 2 {
-            finer.push(middle(&ordered.places, ends[0], ends[1]));
+        if marked && ends[1] - ends[0] >= least {
+            finer.push(middle(ordered, spline, ends[0], ends[1]));
         }
     }
-    finer.extend(joints.last());
+    finer.extend(spline.joints.last());
     finer
 }
 
-/// The place in the middle; of two, the one nearer to the middle parameter, whichever end is first.
-fn middle(places: &[f64], first: usize, last: usize) -> usize {
-    let low = (first + last) / 2;
-    let high = (first + last).div_ceil(2);
-    if places[last] - places[high] >= places[low] - places[first] { high } else { low }
+/// The place in the middle; of two, the one nearer to the middle parameter, or else with the larger
+/// distance: rules that do not depend on which end is first.
+fn middle<const D: usize>(ordered: &Ordered<D>, spline: &Spline<D>, first: usize, last: usize) -> usize {
+    let (low, high) = ((first + last) / 2, (first + last).div_ceil(2));
+    let places = &ordered.places;
+    let (after, before) = (places[last] - places[high], places[low] - places[first]);
+    if (after - before).abs() <= TIE * (places[last] - places[first]) {
+        let distance = |place: usize| spline.distances[ordered.place_of.partition_point(|&p| p < place)];
+        return if distance(high) > distance(low) { high } else { low };
+    }
+    if after > before { high } else { low }
 }
