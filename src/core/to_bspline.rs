@@ -63,7 +63,8 @@ pub fn to_bspline<const D: usize>(curve: &Curve<D>, style: KnotStyle, tolerance:
         KnotStyle::Periodic => Err(unsuitable("periodic knots need a closed curve; mark it \"closed\", or ask for clamped knots")),
     };
     let plan = plan.at("knots")?;
-    let multiplicities = found.iter().map(|&(t, _)| plan.knots.iter().filter(|&&knot| knot == t).count());
+    let below = |t: f64| plan.knots.partition_point(|&knot| knot < t);
+    let multiplicities = found.iter().map(|&(t, _)| plan.knots[below(t)..].iter().take_while(|&&knot| knot == t).count());
     let joint = |(&(parameter, continuity), multiplicity)| FormerJoint { parameter, continuity, multiplicity };
     let joints = found.iter().zip(multiplicities).map(joint).collect();
     let points = plan.control_points(&composite);

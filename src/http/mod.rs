@@ -2,6 +2,7 @@
 
 pub mod error;
 pub mod evaluate;
+pub mod fit;
 pub mod health;
 pub mod interpolate;
 pub mod json;
@@ -51,6 +52,7 @@ pub const OPERATIONS: &[(&str, &[Example])] = &[
     ("/v1/subdivide", subdivide::EXAMPLES),
     ("/v1/to-bspline", to_bspline::EXAMPLES),
     ("/v1/interpolate", interpolate::EXAMPLES),
+    ("/v1/fit", fit::EXAMPLES),
 ];
 
 #[derive(OpenApi)]
@@ -77,6 +79,7 @@ fn routes() -> OpenApiRouter {
         .routes(routes!(subdivide::post))
         .routes(routes!(to_bspline::post))
         .routes(routes!(interpolate::post))
+        .routes(routes!(fit::post))
         .routes(routes!(health::live))
         .routes(routes!(health::ready))
 }

@@ -54,6 +54,34 @@ impl From<Point<3>> for Vector {
     }
 }
 
+impl Points {
+    /// The points, if they are 2D.
+    ///
+    /// # Errors
+    /// [`Fault::WrongCount`].
+    pub fn plane(self) -> Result<Vec<Point<2>>, Error> {
+        match self {
+            Points::Plane(points) => Ok(points),
+            Points::Space(_) => Err(wrong_dimension(3, 2)),
+        }
+    }
+
+    /// The points, if they are 3D.
+    ///
+    /// # Errors
+    /// [`Fault::WrongCount`].
+    pub fn space(self) -> Result<Vec<Point<3>>, Error> {
+        match self {
+            Points::Space(points) => Ok(points),
+            Points::Plane(_) => Err(wrong_dimension(2, 3)),
+        }
+    }
+}
+
+fn wrong_dimension(count: usize, expected: usize) -> Error {
+    Fault::WrongCount { what: "coordinates", count, expected, rule: "as many as the data points have" }.into()
+}
+
 impl Vector {
     /// The vector, if it has the dimension of the points it goes with.
     ///
@@ -64,9 +92,7 @@ impl Vector {
             Vector::Plane(point) => &point.0,
             Vector::Space(point) => &point.0,
         };
-        let rule = "a vector has as many coordinates as the points";
-        let wrong = || Fault::WrongCount { what: "coordinates", count: coordinates.len(), expected: D, rule };
-        Ok(Point(coordinates.try_into().map_err(|_| wrong())?))
+        Ok(Point(coordinates.try_into().map_err(|_| wrong_dimension(coordinates.len(), D))?))
     }
 }
 

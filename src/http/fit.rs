@@ -1,0 +1,275 @@
+//! `POST /v1/fit`.
+
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::Example;
+use super::error::Problems;
+use super::json::respond;
+use super::wire::{Basis, Curve, Points, Whole, need, number};
+use crate::core::error::{At, Error, Fault};
+use crate::core::fit as core;
+use crate::core::point::Point;
+
+crate::names! {
+    /// A family whose shape parameters are sought.
+    pub enum ShapeFamily {
+        /// beta in [0, infinity].
+        Beta = "beta-bezier",
+        /// alpha * beta in (0, 3].
+        AlphaBeta = "alpha-beta-bezier",
+        /// The shape matrix.
+        Quasi = "quasi-bezier",
+    }
+}
+
+crate::union! {
+    /// What is sought.
+    pub struct Solve by kind: SolveKind {
+        /// The basis, with its shape parameters.
+        basis: Basis,
+        /// One less than the number of control points; 1 to 64.
+        order: Whole,
+        /// Whose shape parameters are sought.
+        family: ShapeFamily,
+        /// The control polygon, which stays.
+        control_points: Points,
+        /// Of a quasi-bezier curve: the degree, at least the order; up to 64.
+        degree: Whole,
+        /// The largest distance allowed between a data point and the curve at its parameter, in the unit of the coordinates; more than 0.
+        tolerance: f64 = number().exclusive_minimum(Some(0.0)),
+    }
+    /// The control points of one segment of a given basis: linear least squares.
+    "control-points" ControlPoints as SolveControlPoints: [basis, order] [];
+    /// The shape parameters of one segment with a given control polygon.
+    "shape" Shape as SolveShape: [family, control_points] [degree];
+    /// Control points and shape matrix in turn, from degree elevation on: a local minimum. Only for quasi-bezier with degree above
+    /// order: other families span the same curves whatever their shape parameters.
+    "both" Both as SolveBoth: [family, order] [degree];
+    /// A C2 piecewise cubic that comes within a tolerance of every point, with few segments.
+    "tolerance" Tolerance as SolveTolerance: [basis, tolerance] [];
+}
+
+crate::union! {
+    /// How the points get their parameters; default chord-length. The rules fill the curve's domain from end to end.
+    pub struct FitParameterization by kind: FitParameterizationKind {
+        /// One parameter per point, inside the curve's domain; points may share one. With `ends` interpolate the first and the last
+        /// are the ends of the domain. For a tolerance fit they do not decrease, and the first and the last are the domain.
+        values: Vec<f64>,
+    }
+    /// 0, 1, 2, ...: blind to distances.
+    "uniform" Uniform as UniformParameterization: [] [];
+    /// Sums of the distances between neighbours.
+    "chord-length" ChordLength as ChordLengthParameterization: [] [];
+    /// Sums of the square roots of the distances (Lee 1989).
+    "centripetal" Centripetal as CentripetalParameterization: [] [];
+    /// Given.
+    "parameters" Parameters as GivenParameters: [values] [];
+}
+
+crate::names! {
+    /// What happens at the first and the last point.
+    pub enum Ends {
+        /// The curve starts exactly at the first point and ends exactly at the last.
+        Interpolate = "interpolate",
+        /// They count like any other point.
+        Free = "free",
+    }
+}
+
+crate::object! {
+    /// Points to fit.
+    pub struct FitRequest {
+        /// The points in turn, 2 to 100,000.
+        required points: Points,
+        /// What is sought.
+        required solve: Solve,
+        /// One weight per point, each more than 0: the weighted sum of squared distances is minimised. Default: all 1.
+        optional weights: Vec<f64>,
+        /// How the points get their parameters; default chord-length.
+        optional parameterization: FitParameterization,
+        /// What happens at the ends: `interpolate` (the default) or `free`.
+        optional ends: Ends,
+        /// Whether to move each parameter to the foot of its point on the curve and solve again, while that lowers the error
+        /// (Hoschek 1988); default false. Not for a tolerance fit.
+        optional parameter_correction: bool,
+    }
+}
+
+crate::object! {
+    /// Unweighted distances between each data point and the curve at the point's parameter, measured on the curve returned.
+    pub struct FitError {
+        /// The largest.
+        required max: f64 = number().minimum(Some(0.0)),
+        /// The root of the mean square.
+        required rms: f64 = number().minimum(Some(0.0)),
+        /// The position of the point with the largest, from 0.
+        required worst_index: Whole,
+    }
+}
+crate::nested!(FitError);
+
+crate::object! {
+    /// The fitted curve.
+    pub struct FitAnswer {
+        /// The curve.
+        required curve: Curve,
+        /// How far it is from the points.
+        required error: FitError,
+        /// The parameter of each point.
+        required parameters: Vec<f64>,
+        /// Rounds of parameter correction, of alternation, or of refinement; 1 where one solve was enough.
+        required iterations: Whole,
+        /// Whether the rounds ended because progress did, and not because of their limit.
+        required converged: bool,
+        /// Whether the shape parameter sought ended on a bound of its range, so that the best value may lie beyond it.
+        required at_bound: bool,
+        /// Of a tolerance fit: whether leaving out every single remaining joint was tried in vain; work on that is bounded.
+        optional locally_minimal: bool,
+        /// The parameterization used; given values are in `parameters`.
+        required parameterization: FitParameterizationKind,
+        /// What was done at the ends.
+        required ends: Ends,
+        /// Whether parameters were corrected.
+        required parameter_correction: bool,
+        /// The tolerance used, where one was given.
+        optional tolerance: f64,
+    }
+}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "control-points",
+        "A cubic with beta = 1 close to seven points",
+        include_str!("../../openapi/examples/fit-control-points.json"),
+    ),
+    Example::new(
+        "shape-cheng-figure-3",
+        "Which beta? (Cheng et al. Figure 3)",
+        include_str!("../../openapi/examples/fit-shape-cheng-figure-3.json"),
+    ),
+    Example::new(
+        "shape-chen-figure-4",
+        "Which shape matrix? (Chen 2013 Figure 4)",
+        include_str!("../../openapi/examples/fit-shape-chen-figure-4.json"),
+    ),
+    Example::new("both", "Control points and shape matrix", include_str!("../../openapi/examples/fit-both.json")),
+    Example::new("tolerance", "As few segments as a tolerance needs", include_str!("../../openapi/examples/fit-tolerance.json")),
+];
+
+/// Put a curve close to points
+///
+/// Finds control points, shape parameters, both, or as few segments as a tolerance needs. Least squares by orthogonal rotations, never
+/// by normal equations; problems with more than one solution are named, not solved. Cost: linear in points.
+#[utoipa::path(
+    post,
+    path = "/v1/fit",
+    operation_id = "fit",
+    tag = "Points",
+    request_body = FitRequest,
+    responses((status = 200, description = "The fitted curve.", body = FitAnswer), Problems)
+)]
+pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
+    respond(headers, body, operation).await
+}
+
+/// Request to answer, without HTTP.
+///
+/// # Errors
+/// Whatever [`core::fit`] refuses, with its place in the request.
+pub fn operation(mut request: FitRequest) -> Result<FitAnswer, Error> {
+    match need(request.points.take(), "points")? {
+        Points::Plane(points) => fit(points, request, Points::plane),
+        Points::Space(points) => fit(points, request, Points::space),
+    }
+}
+
+fn fit<const D: usize>(
+    points: Vec<Point<D>>,
+    request: FitRequest,
+    same_dimension: fn(Points) -> Result<Vec<Point<D>>, Error>,
+) -> Result<FitAnswer, Error>
+where
+    Points: From<Vec<Point<D>>>,
+{
+    let solve = need(request.solve, "solve")?;
+    let tolerance = solve.tolerance;
+    let parameterization = request.parameterization.unwrap_or_else(|| FitParameterization::of(FitParameterizationKind::ChordLength));
+    let used = parameterization.kind().at("parameterization")?;
+    let ends = request.ends.unwrap_or(Ends::Interpolate);
+    let parameter_correction = request.parameter_correction.unwrap_or(false);
+    let options = core::Options {
+        weights: request.weights,
+        parameters: parameterization.parse().at("parameterization")?,
+        ends: match ends {
+            Ends::Interpolate => core::Ends::Interpolate,
+            Ends::Free => core::Ends::Free,
+        },
+        parameter_correction,
+        solve: solve.parse(same_dimension).at("solve")?,
+    };
+    let fit = core::fit(points, options)?;
+    Ok(FitAnswer {
+        curve: Some(Curve::of_core(fit.curve)),
+        error: Some(FitError { max: Some(fit.error.max), rms: Some(fit.error.rms), worst_index: Some(Whole(fit.error.worst_index)) }),
+        parameters: Some(fit.parameters),
+        iterations: Some(Whole(fit.iterations)),
+        converged: Some(fit.converged),
+        at_bound: Some(!fit.at_bounds.is_empty()),
+        locally_minimal: fit.locally_minimal,
+        parameterization: Some(used),
+        ends: Some(ends),
+        parameter_correction: Some(parameter_correction),
+        tolerance,
+    })
+}
+
+impl FitParameterization {
+    fn parse(self) -> Result<core::Parameters, Error> {
+        Ok(match self.kind()? {
+            FitParameterizationKind::Uniform => core::Parameters::Uniform,
+            FitParameterizationKind::ChordLength => core::Parameters::ChordLength,
+            FitParameterizationKind::Centripetal => core::Parameters::Centripetal,
+            FitParameterizationKind::Parameters => core::Parameters::Values(need(self.values, "values")?),
+        })
+    }
+}
+
+impl Solve {
+    fn parse<const D: usize>(mut self, same_dimension: fn(Points) -> Result<Vec<Point<D>>, Error>) -> Result<core::Solve<D>, Error> {
+        Ok(match self.kind()? {
+            SolveKind::ControlPoints => {
+                let basis = need(self.basis, "basis")?.parse().at("basis")?;
+                core::Solve::ControlPoints { basis, order: need(self.order, "order")?.0 }
+            }
+            SolveKind::Shape => {
+                let control_points = same_dimension(need(self.control_points.take(), "control_points")?).at("control_points")?;
+                core::Solve::Shape { family: self.sought()?, control_points }
+            }
+            SolveKind::Both => core::Solve::Both { family: self.sought()?, order: need(self.order, "order")?.0 },
+            SolveKind::Tolerance => {
+                let basis = need(self.basis, "basis")?.parse().at("basis")?;
+                core::Solve::Tolerance { basis, tolerance: need(self.tolerance, "tolerance")? }
+            }
+        })
+    }
+
+    /// The family sought; a degree goes with quasi-bezier only.
+    fn sought(&self) -> Result<core::Family, Error> {
+        let family = match need(self.family, "family")? {
+            ShapeFamily::Beta => core::Family::Beta,
+            ShapeFamily::AlphaBeta => core::Family::AlphaBeta,
+            ShapeFamily::Quasi => return Ok(core::Family::Quasi { degree: need(self.degree, "degree")?.0 }),
+        };
+        match self.degree {
+            None => Ok(family),
+            Some(_) => {
+                let why = "only quasi-bezier has a degree of its own; leave it out for this family";
+                Err(Fault::Contradiction(why.into()).at("degree"))
+            }
+        }
+    }
+}
