@@ -383,6 +383,20 @@ mod shape {
         assert!(off.amax() < 1e-10, "{off}");
     }
 
+    /// On a line with vertices 0 and 1 the data ask for `Q_1 = 3/2`; the best allowed is 1, and the best
+    /// `Q_2` beside it is a quotient of sums. All digits, where an interior-point method gives half.
+    #[test]
+    fn a_binding_hull_is_met_to_all_digits() {
+        let bernstein = |u: f64| (3.0 * u * (1.0 - u) * (1.0 - u), 3.0 * u * u * (1.0 - u));
+        let points = steps(30).iter().map(|&u| Point([1.5 * bernstein(u).0 + 0.5 * bernstein(u).1 + u * u * u])).collect();
+        let products = steps(30).iter().map(|&u| bernstein(u)).fold((0.0, 0.0), |(ab, bb), (a, b)| (ab + a * b, bb + b * b));
+        let solve = Solve::Shape { family: Family::Quasi { degree: 3 }, control_points: vec![Point([0.0]), Point([1.0])] };
+        let fit = fit(points, options(Parameters::Values(steps(30)), Ends::Interpolate, solve)).unwrap();
+        let matrix = single(&fit).basis().shape_matrix(1);
+        assert!((matrix.row(1)[1] - 1.0).abs() < 1e-13, "{matrix:?}");
+        assert!((matrix.row(2)[1] - (0.5 + 0.5 * products.0 / products.1)).abs() < 1e-13, "{matrix:?}");
+    }
+
     /// Data that pull the curve out of the hull: no feasible change of one weight improves the fit.
     #[test]
     fn the_constrained_matrix_is_optimal() {
