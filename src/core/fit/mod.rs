@@ -119,7 +119,8 @@ pub struct Fit<const D: usize> {
     pub converged: bool,
     /// Shape parameters that ended on a bound of their range.
     pub at_bounds: Vec<&'static str>,
-    /// For [`Solve::Tolerance`]: whether it was verified that no single joint can be left out.
+    /// For [`Solve::Tolerance`]: whether leaving out every single joint was tried in vain; false where
+    /// the bounded work ran out first, with many points times many joints.
     pub locally_minimal: Option<bool>,
 }
 
