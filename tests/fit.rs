@@ -620,3 +620,24 @@ mod tolerance {
         assert!(start.elapsed().as_secs() < 20);
     }
 }
+
+/// Coordinates at the end of the range of a double end in an error, not in a hang or in NaN.
+#[test]
+fn overflow_is_an_error() {
+    let huge: Vec<P> = (0..20).map(|i| Point([if i % 2 == 0 { 1.7e308 } else { -1.7e308 }, number(i) * 1.7e308])).collect();
+    let solves: [Solve<2>; 6] = [
+        Solve::ControlPoints { basis: Basis::Bezier(Bezier), order: 3 },
+        Solve::Shape { family: Family::Beta, control_points: huge[..4].to_vec() },
+        Solve::Shape { family: Family::AlphaBeta, control_points: huge[..4].to_vec() },
+        Solve::Shape { family: Family::Quasi { degree: 4 }, control_points: huge[..4].to_vec() },
+        Solve::Both { family: Family::Quasi { degree: 4 }, order: 3 },
+        Solve::Tolerance { basis: Basis::Bezier(Bezier), tolerance: 1e300 },
+    ];
+    for solve in solves {
+        for ends in [Ends::Free, Ends::Interpolate] {
+            if let Ok(fit) = fit(huge.clone(), options(Parameters::Uniform, ends, solve.clone())) {
+                assert!(fit.error.max.is_finite() && fit.error.rms.is_finite(), "{solve:?}");
+            }
+        }
+    }
+}

@@ -20,7 +20,7 @@ impl FitError {
     pub(super) fn of(distances: &[f64]) -> Self {
         let (mut worst_index, mut max) = (0, 0.0);
         for (i, &distance) in distances.iter().enumerate() {
-            if distance > max {
+            if distance > max || distance.is_nan() {
                 (worst_index, max) = (i, distance);
             }
         }

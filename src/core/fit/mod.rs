@@ -213,6 +213,9 @@ impl<const D: usize> Fit<D> {
         let Solved { curve, iterations, converged, at_bounds } = solved;
         let curve = Curve::Single(curve);
         let error = measure::measure(&curve, &data.points, &parameters)?;
+        if !error.rms.is_finite() {
+            return Err(Fault::Overflow.at("points"));
+        }
         Ok(Fit { curve, error, parameters, iterations, converged, at_bounds, locally_minimal: None })
     }
 }

@@ -115,6 +115,11 @@ impl<const D: usize> Program<D> {
 
     /// One row of weights per unknown Bezier point.
     fn solve(&self) -> Result<Vec<Vec<f64>>, Deficient> {
+        let finite = |p: &Point<D>| p.is_finite();
+        if !self.polygon.iter().all(finite) || !self.equations.iter().all(|(_, right)| finite(right)) {
+            // Coordinates at the end of the range of a double: the error, once measured, says so.
+            return Ok(self.unknown.clone().map(|i| self.elevation.row(i).to_vec()).collect());
+        }
         let unbounded = self.unbounded()?;
         let rows = self.combinations(&unbounded);
         if self.off_hull(&rows, &unbounded) <= ON_HULL {

@@ -38,7 +38,7 @@ pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: B
     let (curve, _) = Piecewise::from_composite(Bases::Common(basis), 3, &spline.composite()?, false).at("solve")?;
     let curve = Curve::Piecewise(curve);
     let error = measure(&curve, &data.points, &parameters)?;
-    if error.max > tolerance {
+    if error.max > tolerance || error.max.is_nan() {
         return Err(not_met(tolerance, error.max, spline.segments()));
     }
     Ok(Fit { curve, error, parameters, iterations, converged: true, at_bounds: Vec::new(), locally_minimal: Some(minimal) })
