@@ -90,7 +90,7 @@ crate::object! {
         optional weights: Vec<f64>,
         /// How the points get their parameters; default chord-length.
         optional parameterization: FitParameterization,
-        /// What happens at the ends: `interpolate` (the default) or `free`.
+        /// What happens at the ends: `interpolate` (the default) or `free` (the default where the control polygon is given).
         optional ends: Ends,
         /// Whether to move each parameter to the foot of its point on the curve and solve again, while that lowers the error
         /// (Hoschek 1988); default false. Not for a tolerance fit.
@@ -199,7 +199,8 @@ where
     let tolerance = solve.tolerance;
     let parameterization = request.parameterization.unwrap_or_else(|| FitParameterization::of(FitParameterizationKind::ChordLength));
     let used = parameterization.kind().at("parameterization")?;
-    let ends = request.ends.unwrap_or(Ends::Interpolate);
+    let polygon_given = solve.kind == Some(SolveKind::Shape);
+    let ends = request.ends.unwrap_or(if polygon_given { Ends::Free } else { Ends::Interpolate });
     let parameter_correction = request.parameter_correction.unwrap_or(false);
     let options = core::Options {
         weights: request.weights,
@@ -218,7 +219,7 @@ where
         parameters: Some(fit.parameters),
         iterations: Some(Whole(fit.iterations)),
         converged: Some(fit.converged),
-        at_bound: Some(!fit.at_bounds.is_empty()),
+        at_bound: Some(fit.at_bound),
         locally_minimal: fit.locally_minimal,
         parameterization: Some(used),
         ends: Some(ends),

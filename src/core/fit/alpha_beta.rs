@@ -42,8 +42,8 @@ impl<const D: usize> Solver<D> for AlphaBetaShape<D> {
         let direction: Vec<_> = direction.iter().map(|g| g.map(|x| x / unit)).collect();
         let best = -inner(&direction, &reduced.residual(&still)) / unit;
         let s = best.clamp(LEAST, MOST);
-        let at_bounds = if s == best { Vec::new() } else { vec!["beta"] };
+        let at_bound = s != best;
         let curve = Single::new(Basis::AlphaBeta(AlphaBeta::new(1.0, s)?), p.clone())?;
-        Ok(Solved { curve, iterations: 1, converged: true, at_bounds })
+        Ok(Solved { curve, iterations: 1, converged: true, at_bound })
     }
 }

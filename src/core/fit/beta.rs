@@ -38,9 +38,9 @@ impl<const D: usize> Solver<D> for BetaShape<D> {
         let polygon: Vec<_> = self.polygon.iter().map(|&p| p - origin).collect();
         let reduced = Reduced::new(data, parameters, polygon.len() - 1, origin);
         let tau = Trials { polygon, reduced }.best()?;
-        let at_bounds = if tau == 0.0 || tau == 1.0 { vec!["beta"] } else { Vec::new() };
+        let at_bound = tau == 0.0 || tau == 1.0;
         let curve = Single::new(Basis::Beta(basis(tau)?), self.polygon.clone())?;
-        Ok(Solved { curve, iterations: 1, converged: true, at_bounds })
+        Ok(Solved { curve, iterations: 1, converged: true, at_bound })
     }
 }
 

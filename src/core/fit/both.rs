@@ -84,7 +84,7 @@ impl<const D: usize> Solver<D> for Both {
             (points[0], points[self.order]) = (start, end);
         }
         let curve = Single::new(quasi_basis(&best.matrix)?, points).map_err(|error| Error::from(error.fault).at("points"))?;
-        Ok(Solved { curve, iterations, converged, at_bounds: Vec::new() })
+        Ok(Solved { curve, iterations, converged, at_bound: false })
     }
 }
 

@@ -63,6 +63,6 @@ impl<const D: usize> Solver<D> for ControlPoints {
             deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
         })?;
         let curve = Single::new(self.basis.clone(), points).map_err(|error| Error::from(error.fault).at("points"))?;
-        Ok(Solved { curve, iterations: 1, converged: true, at_bounds: Vec::new() })
+        Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
     }
 }

@@ -117,8 +117,8 @@ pub struct Fit<const D: usize> {
     pub iterations: usize,
     /// Whether progress ended the rounds, and not their limit.
     pub converged: bool,
-    /// Shape parameters that ended on a bound of their range.
-    pub at_bounds: Vec<&'static str>,
+    /// Whether the shape parameter sought ended on a bound of its range.
+    pub at_bound: bool,
     /// For [`Solve::Tolerance`]: whether leaving out every single joint was tried in vain; false where
     /// the bounded work ran out first, with many points times many joints.
     pub locally_minimal: Option<bool>,
@@ -129,7 +129,7 @@ struct Solved<const D: usize> {
     curve: Single<D>,
     iterations: usize,
     converged: bool,
-    at_bounds: Vec<&'static str>,
+    at_bound: bool,
 }
 
 /// A way to find a single segment for points whose parameters are known.
@@ -210,12 +210,12 @@ pub fn fit<const D: usize>(points: Vec<Point<D>>, options: Options<D>) -> Result
 impl<const D: usize> Fit<D> {
     /// What a solve found, measured.
     fn of(solved: Solved<D>, data: &Data<D>, parameters: Vec<f64>) -> Result<Self, Error> {
-        let Solved { curve, iterations, converged, at_bounds } = solved;
+        let Solved { curve, iterations, converged, at_bound } = solved;
         let curve = Curve::Single(curve);
         let error = measure::measure(&curve, &data.points, &parameters)?;
         if !error.rms.is_finite() {
             return Err(Fault::Overflow.at("points"));
         }
-        Ok(Fit { curve, error, parameters, iterations, converged, at_bounds, locally_minimal: None })
+        Ok(Fit { curve, error, parameters, iterations, converged, at_bound, locally_minimal: None })
     }
 }

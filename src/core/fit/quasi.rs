@@ -48,7 +48,7 @@ impl<const D: usize> Solver<D> for QuasiShape<D> {
             deficiency(deficient, count, "Bezier points of this degree", advice).at("degree").at("solve")
         })?;
         let curve = Single::new(quasi_basis(&matrix)?, self.polygon.clone())?;
-        Ok(Solved { curve, iterations: 1, converged: true, at_bounds: Vec::new() })
+        Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
     }
 }
 

@@ -41,7 +41,7 @@ pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: B
     if error.max > tolerance || error.max.is_nan() {
         return Err(not_met(tolerance, error.max, spline.segments()));
     }
-    Ok(Fit { curve, error, parameters, iterations, converged: true, at_bounds: Vec::new(), locally_minimal: Some(minimal) })
+    Ok(Fit { curve, error, parameters, iterations, converged: true, at_bound: false, locally_minimal: Some(minimal) })
 }
 
 /// What the spline must hold, so that the tolerance still holds after rounding to control points.
