@@ -64,6 +64,7 @@ pub const OPERATIONS: &[(&str, &[Example])] = &[
                        Stateless: the same request gets the same bytes, so every request may be repeated.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
     ),
+    components(schemas(Problem)),
     tags(
         (name = "Curves", description = "From a curve."),
         (name = "Points", description = "From points."),
