@@ -8,7 +8,7 @@ use axum::response::Response;
 use super::Example;
 use super::error::Problems;
 use super::json::respond;
-use super::wire::{Curve, Dimensioned, Points, Whole, need, number};
+use super::wire::{Curve, Dimensioned, Points, Whole, list, need, number, whole};
 use crate::core::curve;
 use crate::core::error::{At, Error};
 use crate::core::evaluate as core;
@@ -19,9 +19,9 @@ crate::union! {
     /// Where to sample.
     pub struct Sampling by kind: SamplingKind {
         /// How many samples, at equal parameter distances from end to end; 2 to 200,000.
-        count: Whole = number_of_samples(),
+        count: Whole = whole(2, limits::SAMPLES),
         /// Parameters inside the curve's domain, in any order; 1 to 200,000.
-        values: Vec<f64>,
+        values: Vec<f64> = list::<f64>(1, limits::SAMPLES),
         /// The largest distance between the curve and the polyline through the samples, in the unit of the coordinates;
         /// proved by a bound, not sampled. More than 0.
         tolerance: f64 = number().exclusive_minimum(Some(0.0)),
@@ -32,10 +32,6 @@ crate::union! {
     "parameters" Parameters as ParameterSampling: [values] [];
     /// As many samples as a tolerance needs.
     "tolerance" Tolerance as ToleranceSampling: [tolerance] [];
-}
-
-fn number_of_samples() -> utoipa::openapi::schema::ObjectBuilder {
-    number().schema_type(utoipa::openapi::schema::Type::Integer).minimum(Some(2)).maximum(Some(limits::SAMPLES))
 }
 
 crate::names! {
@@ -62,7 +58,7 @@ crate::object! {
         /// Where to sample.
         required sampling: Sampling,
         /// How many orders of derivatives to return, 0 (the default) to 64, with respect to the curve's own parameter.
-        optional derivatives: Whole,
+        optional derivatives: Whole = whole(0, limits::DEGREE),
         /// Quantities of the moving frame to return; default none. The normal is the tangent turned left by 90 degrees in 2D and
         /// the principal normal in 3D; the curvature is signed in 2D (positive turns left); torsion needs 3D.
         optional quantities: Vec<Quantity>,
@@ -97,7 +93,7 @@ crate::object! {
     /// Samples of a curve; every list has one entry per parameter.
     pub struct EvaluateAnswer {
         /// First and last parameter of the curve.
-        required domain: Vec<f64>,
+        required domain: Vec<f64> = list::<f64>(2, 2),
         /// The parameters sampled.
         required parameters: Vec<f64>,
         /// The points there.

@@ -1,6 +1,6 @@
 //! Bases and shape matrices on the wire.
 
-use super::field::{Whole, need, number};
+use super::field::{Whole, need, number, whole};
 use crate::core::basis as core;
 use crate::core::error::{At, Error, Fault};
 use crate::core::limits;
@@ -12,7 +12,7 @@ crate::union! {
         /// Every row, first to last: degree + 1 rows of one entry per control point.
         rows: Vec<Vec<f64>>,
         /// The degree of the curve, at least 2 and at most 64.
-        degree: Whole,
+        degree: Whole = whole(2, limits::DEGREE),
         /// Rows 1 to floor(degree / 2); row 0 is the unit row and the lower rows mirror the upper ones. For an even
         /// degree the last row given is its own mirror image.
         upper_rows: Vec<Vec<f64>>,
@@ -49,10 +49,18 @@ crate::union! {
     "bezier" Bezier as BezierBasis: [] [];
     /// Cheng, Kazadi and Lin 2021: one shape parameter, any order.
     "beta-bezier" Beta as BetaBezierBasis: [] [beta, lambda];
-    /// Li 2014: two shape parameters, cubic. `beta` is in (0, 3] here; alpha = 1, beta = 3 is the Bezier curve.
-    "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierBasis: [alpha, beta] [];
+    /// Li 2014: two shape parameters, cubic.
+    "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierBasis: [alpha, beta] [] where {
+        /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier curve.
+        beta = li_beta(),
+    };
     /// Chen 2013: the shape matrix is the parameter.
     "quasi-bezier" Quasi as QuasiBezierBasis: [shape] [];
+}
+
+/// The schema of the shape parameter beta of Li 2014.
+pub fn li_beta() -> utoipa::openapi::schema::ObjectBuilder {
+    number().exclusive_minimum(Some(0.0)).maximum(Some(3.0))
 }
 
 impl Shape {

@@ -1,17 +1,18 @@
 //! Curves on the wire.
 
-use super::basis::{Basis, BasisFamily, Shape, parse_list};
-use super::field::{Whole, need, number};
+use super::basis::{Basis, BasisFamily, Shape, li_beta, parse_list};
+use super::field::{Whole, need, number, whole};
 use super::points::Points;
 use crate::core::curve as core;
 use crate::core::error::{At, Error, Fault};
 use crate::core::knots::Breaks;
+use crate::core::limits;
 use crate::core::point::Point;
 
 crate::union! {
     /// A curve, told by its `family`. Every operation takes one and returns one, so the output of a call is the input of the next.
     pub struct Curve by family: CurveFamily {
-        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more (for alpha-beta-bezier: 0 < beta <= 3). Exactly one of `beta` and `lambda` is given.
+        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more. Exactly one of `beta` and `lambda` is given.
         beta: f64 = number().minimum(Some(0.0)),
         /// 1 / beta, 0 or more; 0 is the limit beta = infinity, the straight segment. Exactly one of `beta` and `lambda` is given.
         lambda: f64 = number().minimum(Some(0.0)),
@@ -22,9 +23,9 @@ crate::union! {
         /// One basis for all segments, or one for each.
         bases: Vec<Basis>,
         /// Control points per segment, less one; 1 to 64.
-        order: Whole,
+        order: Whole = whole(1, limits::DEGREE),
         /// The degree, 1 to 64.
-        degree: Whole,
+        degree: Whole = whole(1, limits::DEGREE),
         /// Of a piecewise curve: the parameters of the joints, strictly increasing, one more than segments. Of a B-spline: the full
         /// knot vector, control points + degree + 1 knots that do not decrease (some programs leave out the first and the last).
         knots: Vec<f64>,
@@ -38,7 +39,10 @@ crate::union! {
     /// A Beta-Bezier curve over [0, 1] (Cheng, Kazadi and Lin 2021).
     "beta-bezier" Beta as BetaBezierCurve: [control_points] [beta, lambda];
     /// An alpha-beta-Bezier curve over [0, alpha] with 4 control points (Li 2014).
-    "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierCurve: [alpha, beta, control_points] [];
+    "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierCurve: [alpha, beta, control_points] [] where {
+        /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier curve.
+        beta = li_beta(),
+    };
     /// A Quasi-Bezier curve over [0, 1] (Chen 2013).
     "quasi-bezier" Quasi as QuasiBezierCurve: [shape, control_points] [];
     /// Segments joined end to end over [first knot, last knot], each filling its interval.

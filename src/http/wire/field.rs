@@ -52,6 +52,16 @@ pub fn number() -> ObjectBuilder {
     ObjectBuilder::new().schema_type(Type::Number)
 }
 
+/// The schema of a whole number from `least` to `most`.
+pub fn whole(least: usize, most: usize) -> ObjectBuilder {
+    ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(least)).maximum(Some(most))
+}
+
+/// The schema of a list with `least` to `most` items.
+pub fn list<T: Field>(least: usize, most: usize) -> ArrayBuilder {
+    ArrayBuilder::new().items(T::schema()).min_items(Some(least)).max_items(Some(most))
+}
+
 /// The value of a field that must be there.
 ///
 /// # Errors

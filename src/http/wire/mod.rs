@@ -14,7 +14,7 @@ mod rules;
 
 pub use basis::{Basis, Shape, bases};
 pub use curve::{Curve, Dimensioned};
-pub use field::{Field, Whole, need, number};
+pub use field::{Field, Whole, list, need, number, whole};
 pub use object::{Part, Variant, missing, refuse, schema_of, set, union_schema};
 pub use points::{Points, Vector};
 pub use report::{Continuity, ReportStyle};

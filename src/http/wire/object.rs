@@ -24,7 +24,7 @@ macro_rules! object {
 
         impl utoipa::PartialSchema for $name {
             fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
-                $crate::http::wire::schema_of(concat!($($doc, "\n"),*), None, &Self::parts(), |name| match name {
+                $crate::http::wire::schema_of(concat!($($doc, "\n"),*), None, &Self::parts(), &[], |name| match name {
                     $(stringify!($field) => Some($crate::required!($need)),)*
                     _ => None,
                 })
@@ -50,7 +50,7 @@ macro_rules! object {
 }
 
 /// Declares a JSON object whose fields depend on a tag: all fields once, then the variants, each with the name
-/// of its schema and the fields it requires and allows.
+/// of its schema, the fields it requires and allows, and, in `where { .. }`, those that it describes otherwise.
 ///
 /// The struct is flat, so that a fault anywhere inside keeps its exact place; `kind` checks that the fields
 /// present are those of the variant. The schema is a `oneOf` with a discriminator.
@@ -60,7 +60,8 @@ macro_rules! union {
     ($(#[doc = $doc:literal])* pub struct $name:ident by $tag:ident: $kind:ident {
         $($(#[doc = $fdoc:literal])* $field:ident: $type:ty $(= $schema:expr)?),* $(,)?
     }
-    $($(#[doc = $vdoc:literal])* $text:literal $variant:ident as $schema_name:ident: [$($required:ident),*] [$($optional:ident),*];)*) => {
+    $($(#[doc = $vdoc:literal])* $text:literal $variant:ident as $schema_name:ident: [$($required:ident),*] [$($optional:ident),*]
+        $(where { $($(#[doc = $odoc:literal])* $own:ident = $oschema:expr),* $(,)? })?;)*) => {
         $crate::names! { #[doc = "The variants."] pub enum $kind { $($(#[doc = $vdoc])* $variant = $text),* } }
 
         $crate::object_type! { $(#[doc = $doc])* $name {
@@ -75,6 +76,7 @@ macro_rules! union {
                 doc: concat!($($vdoc, "\n"),*),
                 required: &[$(stringify!($required)),*],
                 optional: &[$(stringify!($optional)),*],
+                own: || vec![$($($crate::part!($(#[doc = $odoc])* $own: () = $oschema)),*)?],
             }),*];
 
             /// An empty object of this variant, to be filled for an answer.
@@ -255,6 +257,8 @@ pub struct Variant {
     pub required: &'static [&'static str],
     /// The fields it may have.
     pub optional: &'static [&'static str],
+    /// The fields that it describes otherwise than the union does.
+    pub own: fn() -> Vec<Part>,
 }
 
 impl Variant {
@@ -279,9 +283,15 @@ impl Variant {
     }
 }
 
-/// The closed schema of an object; `tag` adds a property with one allowed value. `required` answers `None` for
+/// The closed schema of an object; `tag` adds a property with one allowed value; `own` replaces parts of the same name. `required` answers `None` for
 /// fields that the object does not have.
-pub fn schema_of(doc: &str, tag: Option<(&str, &str)>, parts: &[Part], required: impl Fn(&str) -> Option<bool>) -> RefOr<Schema> {
+pub fn schema_of(
+    doc: &str,
+    tag: Option<(&str, &str)>,
+    parts: &[Part],
+    own: &[Part],
+    required: impl Fn(&str) -> Option<bool>,
+) -> RefOr<Schema> {
     let mut object = ObjectBuilder::new().schema_type(Type::Object).description(Some(tidy(doc)));
     if let Some((name, value)) = tag {
         let text = ObjectBuilder::new().schema_type(Type::String).enum_values(Some([value]));
@@ -289,6 +299,7 @@ pub fn schema_of(doc: &str, tag: Option<(&str, &str)>, parts: &[Part], required:
     }
     for part in parts {
         let Some(required) = required(part.name) else { continue };
+        let part = own.iter().find(|own| own.name == part.name).unwrap_or(part);
         object = object.property(part.name, described(part.schema.clone(), part.doc));
         if required {
             object = object.required(part.name);
@@ -305,7 +316,7 @@ pub fn union_schema(name: &str, doc: &str, tag: &str, variants: &[Variant], part
     let mut union = OneOfBuilder::new().description(Some(tidy(doc))).discriminator(Some(discriminator));
     for variant in variants {
         let required = |field: &str| variant.has(field).then(|| variant.required.contains(&field));
-        let schema = schema_of(variant.doc, Some((tag, variant.text)), parts, required);
+        let schema = schema_of(variant.doc, Some((tag, variant.text)), parts, &(variant.own)(), required);
         components.push((variant.schema_name.into(), schema));
         union = union.item(Ref::from_schema_name(variant.schema_name));
     }

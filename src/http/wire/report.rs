@@ -45,7 +45,7 @@ crate::object! {
         /// The distance between the two ends.
         required position_gap: f64 = number().minimum(Some(0.0)),
         /// The angle between the tangents in radians, 0 to pi; left out where a speed vanishes.
-        optional tangent_angle: f64 = number().minimum(Some(0.0)),
+        optional tangent_angle: f64 = number().minimum(Some(0.0)).maximum(Some(std::f64::consts::PI)),
         /// The length of the difference of the first derivatives.
         required first_derivative_jump: f64 = number().minimum(Some(0.0)),
         /// The length of the difference of the second derivatives.
