@@ -1,8 +1,8 @@
 //! B-spline curves.
 
 use super::composite::Composite;
-use super::valid_points;
-use crate::core::error::{At, Error, Fault, at_least, at_most};
+use super::{valid_points, within_degrees};
+use crate::core::error::{At, Error, Fault};
 use crate::core::knots::{Breaks, KnotVector};
 use crate::core::limits;
 use crate::core::point::{Point, magnitude};
@@ -22,8 +22,7 @@ impl<const D: usize> BSpline<D> {
     /// At `degree`, `knots` or `control_points`; a closed curve whose ends are further apart than
     /// 1e-9 of its largest coordinate.
     pub fn new(degree: usize, knots: Vec<f64>, points: Vec<Point<D>>, closed: bool) -> Result<Self, Error> {
-        at_least("as the degree", degree, 1).at("degree")?;
-        at_most("as the degree", degree, limits::DEGREE, "Use a lower degree").at("degree")?;
+        within_degrees("degree", degree).at("degree")?;
         valid_points(&points, degree + 1).at("control_points")?;
         let knots = KnotVector::new(degree, knots, points.len()).at("knots")?;
         let curve = BSpline { knots, points, closed };

@@ -55,6 +55,15 @@ pub(crate) fn valid_points<const D: usize>(points: &[Point<D>], least: usize) ->
     finite_points(points)
 }
 
+/// Refuses a degree, or an order, that is 0 or above [`limits::DEGREE`].
+pub(crate) fn within_degrees(what: &'static str, value: usize) -> Result<(), Fault> {
+    if (1..=limits::DEGREE).contains(&value) {
+        return Ok(());
+    }
+    let allowed = format!("1 <= {what} <= {}", limits::DEGREE);
+    Err(Fault::OutOfRange { what, value: value as f64, allowed })
+}
+
 /// Checks that every coordinate is finite.
 pub(crate) fn finite_points<const D: usize>(points: &[Point<D>]) -> Result<(), Error> {
     match points.iter().position(|p| !p.is_finite()) {

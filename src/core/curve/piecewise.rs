@@ -1,7 +1,7 @@
 //! Segments joined end to end, sharing a control point at each joint.
 
 use super::composite::Composite;
-use super::valid_points;
+use super::{valid_points, within_degrees};
 use crate::core::basis::{Basis, ShapeMatrix};
 use crate::core::bezier_form::elevate;
 use crate::core::error::{At, Error, Fault};
@@ -88,6 +88,7 @@ impl<const D: usize> Piecewise<D> {
     /// order or does not start and end at its control points, a closed curve whose end points differ.
     pub fn new(bases: Bases, order: usize, breaks: Breaks, closed: bool, points: Vec<Point<D>>) -> Result<Self, Error> {
         let segments = breaks.segments();
+        within_degrees("order", order).at("order")?;
         bases.check_count(segments).at("bases")?;
         bases.map(|i, basis| joinable(basis, order).at(i).at("bases"))?;
         valid_points(&points, 2).at("control_points")?;
