@@ -52,6 +52,9 @@ impl Parameterization {
             }
             rule => rule.sums(points, count),
         };
+        if knots.iter().any(|knot| !knot.is_finite()) {
+            return Err(Fault::Overflow.at("points"));
+        }
         if let Some(i) = (1..knots.len()).find(|&i| knots[i] <= knots[i - 1]) {
             let closing = i == points.len();
             let repeated = Fault::RepeatedPoint { parameterization: self.name(), closing };
