@@ -89,7 +89,8 @@ pub fn evaluate<const D: usize>(
 ) -> Result<Samples<D>, Error> {
     at_most("orders of derivatives", derivatives, limits::DEGREE, "Higher derivatives of these polynomials are zero").at("derivatives")?;
     if quantities.torsion && D != 3 {
-        return Err(Fault::UnsuitableCurve("a plane curve has no torsion; ask for it with 3D control points".into()).at("quantities"));
+        let why = "a curve in the plane has no torsion; ask for it with 3D control points, or leave it out";
+        return Err(Fault::UnsuitableCurve(why.into()).at("quantities"));
     }
     let composite = curve.composite().at("curve")?;
     let parameters = parameters(&composite, sampling)?;

@@ -10,7 +10,7 @@ use super::error::Problems;
 use super::json::respond;
 use super::wire::{Curve, Dimensioned, Points, Whole, list, need, number, whole};
 use crate::core::curve;
-use crate::core::error::{At, Error};
+use crate::core::error::{At, Error, Place};
 use crate::core::evaluate as core;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -170,7 +170,7 @@ where
     let (sampling, tolerance) = need(request.sampling, "sampling")?.parse().at("sampling")?;
     let asked = request.quantities.unwrap_or_default();
     let orders = request.derivatives.map_or(0, |whole| whole.0);
-    let samples = core::evaluate(curve, &sampling, orders, quantities(&asked))?;
+    let samples = core::evaluate(curve, &sampling, orders, quantities(&asked)).map_err(|error| name_torsion(error, &asked))?;
     let frames = samples.frames;
     let has = |quantity| asked.contains(&quantity);
     let degenerate = frames.degenerate.iter().map(|d| Degenerate::of(*d, &samples.parameters)).collect();
@@ -187,6 +187,15 @@ where
         degenerate: (!asked.is_empty()).then_some(degenerate),
         tolerance,
     })
+}
+
+/// The core knows which quantities are asked for, but not where in the list: torsion is the one it may refuse.
+fn name_torsion(error: Error, asked: &[Quantity]) -> Error {
+    let torsion = asked.iter().position(|quantity| *quantity == Quantity::Torsion);
+    match torsion {
+        Some(i) if error.place == Place::default().within("quantities") => error.fault.at(i).at("quantities"),
+        _ => error,
+    }
 }
 
 fn quantities(asked: &[Quantity]) -> core::Quantities {
