@@ -72,6 +72,12 @@ impl Problem {
     }
 }
 
+/// The problem of a body beyond the limit.
+pub fn body_too_large() -> Problem {
+    let detail = format!("the body exceeds {} bytes; send the data in parts", super::MAX_BODY_BYTES);
+    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", detail)
+}
+
 /// Status, code and title of each fault of the core.
 fn classify(fault: &Fault) -> (StatusCode, &'static str, &'static str) {
     use StatusCode as S;

@@ -50,8 +50,7 @@ fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
 
 fn unreadable(rejection: &BytesRejection) -> Problem {
     if rejection.status() == StatusCode::PAYLOAD_TOO_LARGE {
-        let detail = format!("the body exceeds {} bytes; send the data in parts", super::MAX_BODY_BYTES);
-        return Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", detail);
+        return super::error::body_too_large();
     }
     Problem::new(StatusCode::BAD_REQUEST, "unreadable_body", "The body could not be read", "the body ended before all of it arrived")
 }
@@ -99,6 +98,7 @@ fn in_json_terms(message: &str) -> String {
         ("f64", "a number"),
         ("floating point", "number"),
         ("variant", "value"),
+        ("unexpected end of hex escape", "half of a surrogate pair stands alone in a \\u escape"),
     ];
     words.iter().fold(message.to_owned(), |text, (from, to)| text.replace(from, to))
 }

@@ -11,9 +11,10 @@ pub mod to_bspline;
 pub mod wire;
 
 use axum::Router;
-use axum::extract::DefaultBodyLimit;
-use axum::http::{HeaderValue, StatusCode, header};
-use axum::response::IntoResponse;
+use axum::extract::{DefaultBodyLimit, Request};
+use axum::http::{HeaderValue, StatusCode, Uri, header};
+use axum::middleware::{Next, from_fn};
+use axum::response::{IntoResponse, Response};
 use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::set_header::SetResponseHeaderLayer;
@@ -107,6 +108,8 @@ pub fn router() -> Router {
     let middleware = ServiceBuilder::new()
         .layer(SetResponseHeaderLayer::if_not_present(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")))
         .layer(CatchPanicLayer::custom(|_| Problem::internal().into_response()))
+        .layer(from_fn(problems_only))
+        .layer(from_fn(refuse_declared_size))
         .layer(DefaultBodyLimit::max(MAX_BODY_BYTES));
     router
         .merge(SwaggerUi::new("/docs").url("/openapi.json", openapi()))
@@ -115,7 +118,23 @@ pub fn router() -> Router {
         .layer(middleware)
 }
 
-async fn not_found(uri: axum::http::Uri) -> Problem {
+/// Refuses a body by its declared size, so that nobody sends what will not be read.
+async fn refuse_declared_size(request: Request, next: Next) -> Response {
+    let declared = request.headers().get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
+    match declared {
+        Some(bytes) if bytes > MAX_BODY_BYTES as u64 => error::body_too_large().into_response(),
+        _ => next.run(request).await,
+    }
+}
+
+/// The docs answer an unknown file in plain text; this service answers every error as a problem.
+async fn problems_only(uri: Uri, request: Request, next: Next) -> Response {
+    let response = next.run(request).await;
+    let missing = response.status() == StatusCode::NOT_FOUND && response.headers().get(header::CONTENT_TYPE).is_none();
+    if missing { not_found(uri).await.into_response() } else { response }
+}
+
+async fn not_found(uri: Uri) -> Problem {
     let detail = format!("there is nothing at {}; the operations are listed at /docs and in /openapi.json", uri.path());
     Problem::new(StatusCode::NOT_FOUND, "not_found", "Not found", detail)
 }
