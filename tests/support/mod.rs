@@ -4,6 +4,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::Duration;
 
 use serde_json::{Map, Value};
 use springline::http::OPERATIONS;
@@ -76,6 +77,7 @@ impl Server {
     /// Sends bytes as they are; reads until the server closes.
     pub fn raw(&self, request: &[u8]) -> Answer {
         let mut stream = TcpStream::connect(&self.address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
         // The server may answer and close before it has read everything.
         let _ = stream.write_all(request);
         let mut text = Vec::new();
