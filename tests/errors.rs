@@ -182,8 +182,8 @@ fn no_media_type_is_reported_before_the_size() {
 fn broken_json_is_refused_with_line_and_column() {
     let bench = Bench::new();
     let cases: &[(&str, u64, u64)] = &[
-        ("", 1, 0),
-        (" \n ", 2, 1),
+        ("", 1, 1),
+        (" \n ", 1, 1),
         ("{", 1, 1),
         ("{\"curve\": {\"family\": \"bez", 1, 25),
         ("{\"curve\":\n{\"control_points\": [[NaN, 0]]}}", 2, 22),
@@ -199,7 +199,7 @@ fn broken_json_is_refused_with_line_and_column() {
         ("{\"curve\": {\"family\": \"\\ud800\"}}", 1, 29),
         ("{\"curve\": {\"family\": \"\\udc00\\ud800\"}}", 1, 28),
         ("{\"\\ud83d\": 1}", 1, 9),
-        ("{\"curve\": {\"family\": \"\u{1}\"}}", 1, 24),
+        ("{\"curve\": {\"family\": \"\u{1}\"}}", 1, 23),
         ("\u{feff}{}", 1, 1),
         ("hello", 1, 1),
     ];
@@ -207,6 +207,41 @@ fn broken_json_is_refused_with_line_and_column() {
         let problem = bench.broken(text, "not_json", *line, *column);
         assert!(!problem["detail"].as_str().unwrap().contains("at line"), "{problem}");
     }
+}
+
+#[test]
+fn what_a_message_quotes_of_the_request_stays_as_it_was() {
+    let bench = Bench::new();
+    let detail = bench.refuse("/v1/evaluate", &json!({"mapping": 1}), (400, "unknown_field"), "/mapping");
+    assert!(detail.contains("`mapping`"), "{detail}");
+    let detail = bench.evaluate(json!({"family": "a sequence of f64"}), (400, "unknown_variant"), "/family");
+    assert!(detail.contains("unknown value `a sequence of f64`"), "{detail}");
+}
+
+#[test]
+fn a_long_value_is_not_echoed_whole() {
+    let bench = Bench::new();
+    let long = "é".repeat(1_000_000);
+    let detail = bench.evaluate(json!({"family": long}), (400, "unknown_variant"), "/family");
+    assert!(detail.len() < 2_000 && detail.ends_with("`bspline`"), "{}", detail.len());
+    let detail = bench.evaluate(json!({"family": "beta-bezier", "beta": long}), (400, "wrong_type"), "/beta");
+    assert!(detail.len() < 2_000 && detail.ends_with("expected a number"), "{}", detail.len());
+}
+
+#[test]
+fn messages_speak_of_json_and_say_what_to_do() {
+    let bench = Bench::new();
+    let says = |path: &str, text: &str, words: &[&str]| {
+        let detail = bench.server.post(path, text).json()["detail"].as_str().unwrap().to_owned();
+        assert!(words.iter().all(|word| detail.contains(word)), "{text}: {detail}");
+    };
+    says("/v1/evaluate", "", &["empty", "send"]);
+    says("/v1/evaluate", "\u{feff}{}", &["byte order mark", "leave it out"]);
+    says("/v1/evaluate", "{\"curve\": {\"control_points\": [[NaN, 0]]}}", &["NaN"]);
+    says("/v1/evaluate", "{\"curve\": ", &["the body ends"]);
+    says("/v1/evaluate", "{\"curve\": {\"beta\": 1e999}}", &["out of range", "1.8e308"]);
+    says("/v1/interpolate", "{\"basis\": \"bezier\"}", &["string \"bezier\"", "an object with the fields `family`"]);
+    says("/v1/interpolate", "{\"points\": [[0, 0], [1, 1], [2, 0]], \"bases\": [{\"family\": \"bezier\"}]}", &["2 expected", "`basis`"]);
 }
 
 #[test]

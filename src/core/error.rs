@@ -172,7 +172,7 @@ pub enum Fault {
     /// The basis is too ill-conditioned to solve for control points.
     #[error(
         "the shape matrix has condition number {condition:.1e}; above {:.0e} its control points cannot be computed to 8 digits. \
-         Ask for the bezier form, or use a shape parameter closer to the Bezier case",
+         Use the bezier form or basis, or a shape parameter closer to the Bezier case",
         super::limits::CONDITION
     )]
     IllConditioned {

@@ -65,6 +65,12 @@ pub fn from_bytes<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
 }
 
 fn explain<T: DeserializeOwned>(body: &[u8], error: &serde_json::Error) -> Problem {
+    if body.trim_ascii().is_empty() {
+        return not_json("the body is empty; send a JSON object").with_position(1, 1);
+    }
+    if body.starts_with("\u{feff}".as_bytes()) {
+        return not_json("the body starts with a byte order mark; leave it out").with_position(1, 1);
+    }
     let mut deserializer = serde_json::Deserializer::from_slice(body);
     let pointer = match serde_path_to_error::deserialize::<_, T>(&mut deserializer) {
         Err(tracked) => pointer(tracked.path()),
@@ -73,7 +79,11 @@ fn explain<T: DeserializeOwned>(body: &[u8], error: &serde_json::Error) -> Probl
     let text = error.to_string();
     let message = text.rsplit_once(" at line ").map_or(text.as_str(), |(message, _)| message);
     let (code, title) = kind_of(error, message);
-    Problem::at(StatusCode::BAD_REQUEST, code, title, pointer, in_json_terms(message)).with_position(error.line(), error.column())
+    Problem::at(StatusCode::BAD_REQUEST, code, title, pointer, in_json_terms(message)).with_position(error.line(), error.column().max(1))
+}
+
+fn not_json(detail: &str) -> Problem {
+    Problem::at(StatusCode::BAD_REQUEST, "not_json", "The body is not JSON", String::new(), detail.into())
 }
 
 fn kind_of(error: &serde_json::Error, message: &str) -> (&'static str, &'static str) {
@@ -88,19 +98,44 @@ fn kind_of(error: &serde_json::Error, message: &str) -> (&'static str, &'static 
     }
 }
 
-/// The parser's message in the words of JSON.
+/// What the parser says, in the words of JSON.
+const WORDS: &[(&str, &str)] = &[
+    ("a sequence", "an array"),
+    ("sequence", "array"),
+    ("a map", "an object"),
+    ("map", "object"),
+    ("f64", "a number"),
+    ("floating point", "number"),
+    ("variant", "value"),
+    ("unexpected end of hex escape", "half of a surrogate pair stands alone in a \\u escape"),
+    ("number out of range", "the number is out of range: doubles end at 1.8e308"),
+    ("EOF while parsing a list", "the body ends in the middle of an array"),
+    ("EOF while parsing an", "the body ends in the middle of an"),
+    ("EOF while parsing a", "the body ends in the middle of a"),
+    ("expected value", "expected a JSON value; NaN, Infinity and bare words are none"),
+];
+
+/// The parser's message in the words of JSON; what it quotes of the request stays as it is, but not at any length.
 fn in_json_terms(message: &str) -> String {
-    let words = [
-        ("a sequence", "an array"),
-        ("sequence", "array"),
-        ("a map", "an object"),
-        ("map", "object"),
-        ("f64", "a number"),
-        ("floating point", "number"),
-        ("variant", "value"),
-        ("unexpected end of hex escape", "half of a surrogate pair stands alone in a \\u escape"),
-    ];
-    words.iter().fold(message.to_owned(), |text, (from, to)| text.replace(from, to))
+    let ours = |text: &str| WORDS.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to));
+    let quote = |c| c == '`' || c == '"';
+    match (message.find(quote), message.rfind(quote)) {
+        (Some(first), Some(last)) => {
+            format!("{}{}{}", ours(&message[..first]), shortened(&message[first..=last]), ours(&message[last + 1..]))
+        }
+        _ => ours(message),
+    }
+}
+
+/// The beginning and the end of a long text.
+fn shortened(text: &str) -> String {
+    const KEPT: usize = 200;
+    let count = text.chars().count();
+    if count <= 2 * KEPT {
+        return text.to_owned();
+    }
+    let (start, end): (String, String) = (text.chars().take(KEPT).collect(), text.chars().skip(count - KEPT).collect());
+    format!("{start} [...] {end}")
 }
 
 /// A path as a JSON Pointer.

@@ -44,7 +44,7 @@ impl Bases {
                 what: "bases",
                 count: bases.len(),
                 expected: segments,
-                rule: "give one basis for all segments, or one for each",
+                rule: "one for each segment; one for all is `basis` in a request, and a list of one in a curve",
             }),
             _ => Ok(()),
         }

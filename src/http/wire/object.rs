@@ -130,7 +130,7 @@ macro_rules! object_type {
                     type Value = $name;
 
                     fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                        f.write_str("an object")
+                        f.write_str(concat!("an object with the fields", $(" `", stringify!($field), "`"),*))
                     }
 
                     fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<$name, A::Error> {
