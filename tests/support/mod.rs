@@ -1,4 +1,4 @@
-//! The real binary as a test server, its answers, and JSON helpers.
+//! The real binary as a test server, its answers, and tools for JSON.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
 use std::io::{BufRead, BufReader, Read, Write};
