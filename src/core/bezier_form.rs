@@ -51,8 +51,17 @@ pub fn horner<const D: usize>(scaled: &[Point<D>], u: f64, v: f64) -> Point<D> {
 /// The point at `u` of one segment. For many points of one curve make an
 /// [`Evaluator`](super::curve::Evaluator) instead.
 pub fn evaluate<const D: usize>(points: &[Point<D>], u: f64) -> Point<D> {
-    let scaled: Vec<_> = points.iter().zip(binomials(points.len() - 1)).map(|(&p, b)| p * b).collect();
-    horner(&scaled, u, 1.0 - u)
+    let (scaled, unit) = scaled(points, points.len() - 1);
+    horner(&scaled, u, 1.0 - u) * unit
+}
+
+/// The control points of segments of this degree, times their binomial coefficients, in a unit: 1, or a power of two
+/// where the largest coordinates would overflow.
+pub(crate) fn scaled<const D: usize>(points: &[Point<D>], degree: usize) -> (Vec<Point<D>>, f64) {
+    // Horner's sums are at most 2^64 times the largest coordinate.
+    let unit = if super::point::magnitude(points) > 1e288 { 2f64.powi(66) } else { 1.0 };
+    let binomials = binomials(degree);
+    (points.iter().zip(binomials.iter().cycle()).map(|(&p, &b)| p * (1.0 / unit) * b).collect(), unit)
 }
 
 /// The control points of the derivative with respect to the parameter of an interval of this

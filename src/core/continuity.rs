@@ -112,7 +112,9 @@ impl<const D: usize> Sides<D> {
     }
 
     fn agree(&self, tolerance: f64) -> bool {
-        self.jump() <= self.allowed(tolerance)
+        // An allowance that overflows says nothing; ends that coincide agree whatever their scale.
+        let (jump, allowed) = (self.jump(), self.allowed(tolerance));
+        jump == 0.0 || (allowed.is_finite() && jump <= allowed)
     }
 }
 
@@ -138,16 +140,16 @@ impl<const D: usize> Jets<D> {
     fn rounding(&self, k: usize, segment: usize, scale: f64) -> f64 {
         let curve = &self.orders[0];
         let (a, b) = curve.breaks().interval(segment);
-        let of_points = magnitude(curve.segment(segment)) * derivative_scale(curve.degree(), k, b - a);
+        let of_points = derivative_size(magnitude(curve.segment(segment)), curve.degree(), k, b - a);
         let of_length = k as f64 * scale * (a.abs().max(b.abs()) / (b - a));
         64.0 * f64::EPSILON * (of_points + of_length)
     }
 }
 
-/// `d! / (d - k)! (2 / length)^k`: how large a `k`-th derivative can be for points of size 1. Rounding
-/// errors of derivatives are measured in it.
-pub(crate) fn derivative_scale(degree: usize, k: usize, length: f64) -> f64 {
-    (0..k).map(|i| degree.saturating_sub(i) as f64 * (2.0 / length)).product()
+/// `size d! / (d - k)! (2 / length)^k`: how large a `k`-th derivative can be for points of this size. Rounding
+/// errors of derivatives are measured in it. Overflows only where its value does.
+pub(crate) fn derivative_size(size: f64, degree: usize, k: usize, length: f64) -> f64 {
+    (0..k).fold(size, |size, i| size * degree.saturating_sub(i) as f64 * 2.0 / length)
 }
 
 /// The largest distance of a point from the first one.

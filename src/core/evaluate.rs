@@ -1,7 +1,7 @@
 //! Points, derivatives and the moving frame along a curve.
 
 use super::bezier_form::{chord_error, split};
-use super::continuity::derivative_scale;
+use super::continuity::derivative_size;
 use super::curve::{Composite, Curve};
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::limits;
@@ -80,7 +80,7 @@ pub struct Degenerate {
 /// # Errors
 /// At `sampling`: a count below 2, a parameter outside the domain, a tolerance that is not positive or below
 /// rounding; more samples than [`limits::SAMPLES`]. At `derivatives`: more than [`limits::DEGREE`]. At
-/// `quantities`: the torsion of a plane curve.
+/// `quantities`: the torsion of a plane curve. At `curve`: a tolerance for a B-spline that jumps.
 pub fn evaluate<const D: usize>(
     curve: &Curve<D>,
     sampling: &Sampling,
@@ -150,6 +150,7 @@ fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> 
         }
         Sampling::Tolerance(tolerance) => {
             check_tolerance(*tolerance, composite.magnitude()).at("tolerance").at("sampling")?;
+            check_joined(composite).at("curve")?;
             let pieces = flat_pieces(composite, *tolerance, limits::SAMPLES - 1).at("tolerance").at("sampling")?;
             Ok(std::iter::once(a).chain(pieces.into_iter().map(|piece| piece.end)).collect())
         }
@@ -175,6 +176,17 @@ pub(crate) fn check_tolerance(tolerance: f64, magnitude: f64) -> Result<(), Erro
     }
     let least = 64.0 * f64::EPSILON * magnitude;
     if tolerance < least { Err(Fault::ToleranceTooSmall { tolerance, least }.into()) } else { Ok(()) }
+}
+
+/// Refuses a B-spline that jumps: neither pieces that share their joints nor a polyline can follow it.
+pub(crate) fn check_joined<const D: usize>(composite: &Composite<D>) -> Result<(), Error> {
+    let allowed = 64.0 * f64::EPSILON * composite.magnitude();
+    let gap = |i: &usize| composite.segment(i - 1)[composite.degree()].distance(composite.segment(*i)[0]);
+    let Some(i) = (1..composite.breaks().segments()).find(|i| gap(i) > allowed) else { return Ok(()) };
+    let t = composite.breaks().as_slice()[i];
+    let why =
+        format!("the curve jumps at the knot {t:?} (multiplicity degree + 1), where it must be connected; split it there by hand first");
+    Err(Fault::UnsuitableCurve(why).into())
 }
 
 /// A piece of one segment that its chord represents within a tolerance.
@@ -220,7 +232,7 @@ fn frames<const D: usize>(composite: &Composite<D>, parameters: &[f64], jets: &[
     let magnitude = composite.magnitude();
     for (index, &t) in parameters.iter().enumerate() {
         let (a, b) = composite.breaks().interval(composite.breaks().segment_at(t));
-        let rounding = |k| 8.0 * f64::EPSILON * magnitude * derivative_scale(composite.degree(), k, b - a);
+        let rounding = |k| 8.0 * f64::EPSILON * derivative_size(magnitude, composite.degree(), k, b - a);
         let jet = |k: usize| jets.get(k).map_or(Point::ZERO, |list| list[index]);
         let frame = Frame::new([jet(1), jet(2), jet(3)], [rounding(1), rounding(2)]);
         frames.push(index, frame, wanted);

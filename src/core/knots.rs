@@ -30,9 +30,8 @@ impl KnotVector {
             return Err(Fault::OutOfRange { what: "this repeated knot", value: knots[i], allowed }.at(i));
         }
         let vector = KnotVector { degree, knots };
-        let (start, end) = vector.domain();
-        // The multiplicity rule leaves no empty range, but a range may still be too long for a double.
-        if !(end - start).is_finite() {
+        // The multiplicity rule leaves no empty range, but differences of knots may still be too large for a double.
+        if !(vector.knots[vector.knots.len() - 1] - vector.knots[0]).is_finite() {
             return Err(Fault::Overflow.into());
         }
         Ok(vector)

@@ -31,7 +31,8 @@ impl Parameterization {
     /// Knots for a curve through the points in turn; a closed curve gets one more knot than points.
     ///
     /// # Errors
-    /// At `points`: neighbours that coincide, where distances are used. At `parameterization`:
+    /// At `points`: neighbours that coincide, or that their distance along the curve cannot tell apart, or does not
+    /// fit a double, where distances are used. At `parameterization`:
     /// given knots that are too few, too many, or do not increase strictly.
     pub fn knots<const D: usize>(&self, points: &[Point<D>], closed: bool) -> Result<Breaks, Error> {
         let count = points.len() + usize::from(closed);
@@ -52,11 +53,15 @@ impl Parameterization {
             }
             rule => rule.sums(points, count),
         };
-        if knots.iter().any(|knot| !knot.is_finite()) {
-            return Err(Fault::Overflow.at("points"));
-        }
-        if let Some(i) = (1..knots.len()).find(|&i| knots[i] <= knots[i - 1]) {
+        if let Some(i) = (1..knots.len()).find(|&i| knots[i] <= knots[i - 1] || !knots[i].is_finite()) {
             let closing = i == points.len();
+            let (here, before) = (points[i % points.len()], points[i - 1]);
+            if here != before {
+                let too_close =
+                    Fault::NotIncreasing { what: "the parameters of the points", previous: knots[i - 1], value: knots[i], strictly: true };
+                let fault = if knots[i].is_finite() { too_close } else { Fault::Overflow };
+                return Err(fault.at(if closing { i - 1 } else { i }).at("points"));
+            }
             let repeated = Fault::RepeatedPoint { parameterization: self.name(), closing };
             return Err(repeated.at(if closing { i - 1 } else { i }).at("points"));
         }

@@ -4,7 +4,7 @@ use super::basis::{Basis, Bezier};
 use super::bezier_form::{evaluate, split};
 use super::curve::{Bases, Composite, Curve, Piecewise};
 use super::error::{At, Error, Fault, at_most, increasing};
-use super::evaluate::{Piece, check_tolerance, flat_pieces, within_domain};
+use super::evaluate::{Piece, check_joined, check_tolerance, flat_pieces, within_domain};
 use super::knots::Breaks;
 use super::limits;
 use super::point::Point;
@@ -122,6 +122,17 @@ fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<
         let (start, end) = breaks.interval(segment);
         (start, Piece { segment, end, points: points.to_vec() })
     });
+    let too_short = |i: usize| {
+        let (a, b) = breaks.interval(i);
+        let step = (b - a) / per_segment as f64;
+        // So far apart that neighbours differ after rounding, wherever they lie.
+        step <= 2.0 * f64::EPSILON * a.abs().max(b.abs()) || step < f64::MIN_POSITIVE
+    };
+    if let Some(i) = (0..breaks.segments()).find(|&i| depth > 0 && too_short(i)) {
+        let (a, b) = breaks.interval(i);
+        let why = format!("the interval from {a:?} to {b:?} is too short to be halved {depth} times in double precision");
+        return Err(Fault::UnsuitableCurve(why).into());
+    }
     let halve = |pieces: Vec<(f64, Piece<D>)>| {
         let halves = |(start, piece): (f64, Piece<D>)| {
             let middle = start + 0.5 * (piece.end - start);
@@ -138,17 +149,6 @@ fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<
 fn flat<const D: usize>(composite: &Composite<D>, tolerance: f64) -> Result<Vec<Piece<D>>, Error> {
     check_tolerance(tolerance, composite.magnitude())?;
     Ok(flat_pieces(composite, tolerance, limits::SEGMENTS)?)
-}
-
-/// Refuses a B-spline that jumps: the pieces of a piecewise curve share their joints.
-fn check_joined<const D: usize>(cut: &Composite<D>) -> Result<(), Error> {
-    let allowed = 64.0 * f64::EPSILON * cut.magnitude();
-    let gap = |i: &usize| cut.segment(i - 1)[cut.degree()].distance(cut.segment(*i)[0]);
-    let Some(i) = (1..cut.breaks().segments()).find(|i| gap(i) > allowed) else { return Ok(()) };
-    let t = cut.breaks().as_slice()[i];
-    let why =
-        format!("the curve jumps at the knot {t:?} (multiplicity degree + 1), but pieces share their joints; split it there by hand first");
-    Err(Fault::UnsuitableCurve(why).into())
 }
 
 /// The pieces as a piecewise curve: in the family if asked for and possible, else as Bezier curves.

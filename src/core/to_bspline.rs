@@ -44,7 +44,8 @@ pub struct Conversion<const D: usize> {
 }
 
 /// Converts a curve: degree that of its segments, each joint a knot of the lowest multiplicity,
-/// `degree - k`, that its measured continuity `C^k` allows; where the segments are one polynomial, no knot at all.
+/// `degree - k`, that its measured continuity `C^k` allows; where the segments are one polynomial,
+/// no knot at all. Clamped knots are repeated more often where rounding demands it.
 /// O(segments * degree^2).
 ///
 /// # Errors
@@ -56,23 +57,41 @@ pub fn to_bspline<const D: usize>(curve: &Curve<D>, style: KnotStyle, tolerance:
     }
     let composite = curve.composite().at("curve")?;
     let found = parametric_orders(&composite, curve.closed(), tolerance);
-    let plan = match style {
-        KnotStyle::Clamped => Ok(clamped(&composite, &found)),
-        KnotStyle::Uniform => uniform(&composite, &found, curve.closed()),
-        KnotStyle::Periodic if curve.closed() => Ok(periodic(&composite, &found)),
-        KnotStyle::Periodic => Err(unsuitable("periodic knots need a closed curve; mark it \"closed\", or ask for clamped knots")),
-    };
-    let plan = plan.at("knots")?;
-    let below = |t: f64| plan.knots.partition_point(|&knot| knot < t);
-    let multiplicities = found.iter().map(|&(t, _)| plan.knots[below(t)..].iter().take_while(|&&knot| knot == t).count());
-    let joint = |(&(parameter, continuity), multiplicity)| FormerJoint { parameter, continuity, multiplicity };
-    let joints = found.iter().zip(multiplicities).map(joint).collect();
-    let points = plan.control_points(&composite);
-    at_most("control points in the answer", points.len(), limits::CONTROL_POINTS, "Convert the curve in parts")?;
-    let curve = BSpline::new(composite.degree(), plan.knots, points, curve.closed())?;
-    let deviation = deviation(&composite, &curve.composite()?);
-    check_deviation(deviation, tolerance, &composite).at("knots")?;
+    let realized = |plan| realize(plan, &composite, curve.closed(), tolerance);
+    let (curve, deviation) = match style {
+        KnotStyle::Clamped => leanest(&composite, &found, realized),
+        KnotStyle::Uniform => uniform(&composite, &found, curve.closed()).at("knots").and_then(realized),
+        KnotStyle::Periodic if curve.closed() => realized(periodic(&composite, &found)),
+        KnotStyle::Periodic => {
+            Err(unsuitable("periodic knots need a closed curve; mark it \"closed\", or ask for clamped knots").at("knots"))
+        }
+    }?;
+    let knots = curve.knots().as_slice();
+    let multiplicity = |t: f64| knots.partition_point(|&knot| knot <= t) - knots.partition_point(|&knot| knot < t);
+    let joint = |&(parameter, continuity)| FormerJoint { parameter, continuity, multiplicity: multiplicity(parameter) };
+    let joints = found.iter().map(joint).collect();
     Ok(Conversion { curve, joints, deviation, tolerance })
+}
+
+/// A plan carried out: the B-spline, and how far it may be from the curve.
+fn realize<const D: usize>(plan: Plan, composite: &Composite<D>, closed: bool, tolerance: f64) -> Result<(BSpline<D>, f64), Error> {
+    let points = plan.control_points(composite);
+    at_most("control points in the answer", points.len(), limits::CONTROL_POINTS, "Convert the curve in parts")?;
+    let curve = BSpline::new(composite.degree(), plan.knots, points, closed)?;
+    let deviation = deviation(composite, &curve.composite()?);
+    check_deviation(deviation, tolerance, composite).at("knots")?;
+    Ok((curve, deviation))
+}
+
+/// The first of three clamped knot vectors that keeps the curve: of lowest multiplicities; with every joint as a knot,
+/// where rounding forbids to continue one short segment over many; with full multiplicities, which loses nothing.
+fn leanest<const D: usize, T>(
+    composite: &Composite<D>,
+    found: &[(f64, i32)],
+    realized: impl Fn(Plan) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let attempt = |least| realized(clamped(composite, found, least));
+    attempt(0).or_else(|_| attempt(1)).or_else(|_| attempt(composite.degree()))
 }
 
 fn unsuitable(why: &str) -> Fault {
@@ -87,17 +106,17 @@ struct Plan {
     period: Option<f64>,
 }
 
-/// `degree - k` copies of each joint.
-fn copies(degree: usize, found: &[(f64, i32)]) -> impl Iterator<Item = f64> {
-    found.iter().flat_map(move |&(t, k)| std::iter::repeat_n(t, (degree as i32 - k).max(0) as usize))
+/// `degree - k` copies of each joint, at least `least`.
+fn copies(degree: usize, found: &[(f64, i32)], least: usize) -> impl Iterator<Item = f64> {
+    found.iter().flat_map(move |&(t, k)| std::iter::repeat_n(t, ((degree as i32 - k).max(0) as usize).max(least)))
 }
 
-fn clamped<const D: usize>(composite: &Composite<D>, found: &[(f64, i32)]) -> Plan {
+fn clamped<const D: usize>(composite: &Composite<D>, found: &[(f64, i32)], least: usize) -> Plan {
     let degree = composite.degree();
     let (a, b) = composite.breaks().domain();
     let inner = &found[..composite.breaks().segments() - 1];
     let ends = |t: f64| std::iter::repeat_n(t, degree + 1);
-    Plan { degree, knots: ends(a).chain(copies(degree, inner)).chain(ends(b)).collect(), period: None }
+    Plan { degree, knots: ends(a).chain(copies(degree, inner, least)).chain(ends(b)).collect(), period: None }
 }
 
 /// One period of knots, continued to both sides by `degree` knots.
@@ -106,7 +125,7 @@ fn periodic<const D: usize>(composite: &Composite<D>, found: &[(f64, i32)]) -> P
     let (a, b) = composite.breaks().domain();
     let (inner, seam) = found.split_at(found.len() - 1);
     let seam_copies = (degree as i32 - seam[0].1).clamp(1, degree as i32) as usize;
-    let one: Vec<f64> = std::iter::repeat_n(a, seam_copies).chain(copies(degree, inner)).collect();
+    let one: Vec<f64> = std::iter::repeat_n(a, seam_copies).chain(copies(degree, inner, 0)).collect();
     let count = one.len() as i64;
     // Knot number `degree` is the last copy of `a`, so that the domain starts there.
     let knot = |j: i64| {

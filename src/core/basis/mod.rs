@@ -15,7 +15,8 @@ pub use bezier::Bezier;
 pub use quasi::{Quasi, Shape};
 pub use shape_matrix::{Properties, ShapeMatrix};
 
-use super::error::{Fault, at_most};
+use super::curve::within_degrees;
+use super::error::Fault;
 use super::limits;
 
 /// What a family of curves is: how its shape parameters make the shape matrix.
@@ -91,11 +92,9 @@ impl Basis {
     /// # Errors
     /// The order does not suit the family, or order or degree exceed [`limits::DEGREE`].
     pub fn degree(&self, order: usize) -> Result<usize, Fault> {
-        const ADVICE: &str = "Use several segments of lower degree";
-        super::error::at_least("control points per segment", order + 1, 2)?;
-        at_most("as the order of a segment", order, limits::DEGREE, ADVICE)?;
+        within_degrees("order", order)?;
         let degree = self.family().degree(order)?;
-        at_most("as the degree of a segment", degree, limits::DEGREE, ADVICE)?;
+        within_degrees("degree", degree)?;
         Ok(degree)
     }
 

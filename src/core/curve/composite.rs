@@ -1,6 +1,6 @@
 //! The common ground of all curves: polynomial segments in Bezier form, end to end.
 
-use crate::core::bezier_form::{binomials, elevate, hodograph, horner};
+use crate::core::bezier_form::{elevate, hodograph, horner, scaled};
 use crate::core::error::Error;
 use crate::core::knots::Breaks;
 use crate::core::point::{Point, magnitude};
@@ -22,6 +22,8 @@ pub struct Evaluator<'a, const D: usize> {
     degree: usize,
     /// Bezier points times binomial coefficients.
     scaled: Vec<Point<D>>,
+    /// What to multiply by, so that nothing overflows on the way.
+    unit: f64,
 }
 
 impl<const D: usize> Composite<D> {
@@ -84,9 +86,8 @@ impl<const D: usize> Composite<D> {
 
     /// Ready to be evaluated many times.
     pub fn evaluator(&self) -> Evaluator<'_, D> {
-        let binomials = binomials(self.degree);
-        let scaled = self.points.iter().zip(binomials.iter().cycle()).map(|(&p, &b)| p * b).collect();
-        Evaluator { breaks: &self.breaks, degree: self.degree, scaled }
+        let (scaled, unit) = scaled(&self.points, self.degree);
+        Evaluator { breaks: &self.breaks, degree: self.degree, scaled, unit }
     }
 }
 
@@ -102,7 +103,7 @@ impl<const D: usize> Evaluator<'_, D> {
     /// The point of one segment at its own parameter `u`, with `v = 1 - u`.
     pub fn within(&self, segment: usize, u: f64, v: f64) -> Point<D> {
         let first = segment * (self.degree + 1);
-        horner(&self.scaled[first..=first + self.degree], u, v)
+        horner(&self.scaled[first..=first + self.degree], u, v) * self.unit
     }
 }
 

@@ -4,8 +4,9 @@ use super::composite::Composite;
 use super::{valid_points, within_degrees};
 use crate::core::basis::{Basis, ShapeMatrix};
 use crate::core::bezier_form::elevate;
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::knots::Breaks;
+use crate::core::limits;
 use crate::core::point::Point;
 
 /// One basis for all segments, or one for each.
@@ -50,23 +51,34 @@ impl Bases {
         }
     }
 
-    /// What `make` gives for the basis of each segment in turn, computed once where all share it.
+    /// What `make` gives for the basis of each segment in turn, computed once where neighbours share it.
     pub(crate) fn map<T, E>(&self, mut make: impl FnMut(usize, &Basis) -> Result<T, E>) -> Result<PerSegment<T>, E> {
-        let made = self.as_slice().iter().enumerate().map(|(i, basis)| make(i, basis));
-        Ok(PerSegment(made.collect::<Result<_, _>>()?))
+        let bases = self.as_slice();
+        let (mut made, mut index) = (Vec::new(), Vec::with_capacity(bases.len()));
+        for (i, basis) in bases.iter().enumerate() {
+            if i == 0 || bases[i - 1] != *basis {
+                made.push(make(i, basis)?);
+            }
+            index.push(made.len() - 1);
+        }
+        Ok(PerSegment { made, index })
     }
 }
 
 /// A value for all segments, or one for each.
-pub(crate) struct PerSegment<T>(Vec<T>);
+pub(crate) struct PerSegment<T> {
+    made: Vec<T>,
+    /// Which of them each segment has; one entry where all segments share it.
+    index: Vec<usize>,
+}
 
 impl<T> PerSegment<T> {
     pub(crate) fn of(&self, segment: usize) -> &T {
-        if self.0.len() == 1 { &self.0[0] } else { &self.0[segment] }
+        &self.made[if self.index.len() == 1 { 0 } else { self.index[segment] }]
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
-        self.0.iter()
+        self.made.iter()
     }
 }
 
@@ -113,6 +125,8 @@ impl<const D: usize> Piecewise<D> {
     /// At `bases`: a basis without a way back from Bezier points (see [`Basis::way_back`]).
     pub fn from_composite(bases: Bases, order: usize, composite: &Composite<D>, closed: bool) -> Result<(Self, f64), Error> {
         bases.check_count(composite.breaks().segments()).at("bases")?;
+        let count = composite.breaks().segments() * order + 1;
+        at_most("control points", count, limits::CONTROL_POINTS, "Take the curve in parts").at("control_points")?;
         let ways = bases.map(|i, basis| basis.way_back(order).at(i).at("bases"))?;
         let condition = ways.iter().map(|way| way.condition).fold(1.0, f64::max);
         let mut points = Vec::with_capacity(composite.breaks().segments() * order + 1);

@@ -3,7 +3,8 @@
 use super::composite::{Composite, single_segment};
 use super::valid_points;
 use crate::core::basis::Basis;
-use crate::core::error::{At, Error};
+use crate::core::error::{At, Error, at_most};
+use crate::core::limits;
 use crate::core::point::Point;
 
 /// A control polygon and a basis that suits its order. The parameter runs over `[0, 1]`, for
@@ -21,6 +22,7 @@ impl<const D: usize> Single<D> {
     /// At `control_points`: fewer than 2, more than the basis or the limit allows, not finite.
     pub fn new(basis: Basis, points: Vec<Point<D>>) -> Result<Self, Error> {
         valid_points(&points, 2).at("control_points")?;
+        at_most("control points", points.len(), limits::DEGREE + 1, "Use several segments of lower degree").at("control_points")?;
         basis.degree(points.len() - 1).at("control_points")?;
         Ok(Single { basis, points })
     }

@@ -7,8 +7,8 @@ use super::reduced::{Reduced, deficiency, solve_for_control_points};
 use super::shape::check_degree;
 use super::{Ends, Family, PROGRESS, Solved, Solver};
 use crate::core::basis::ShapeMatrix;
-use crate::core::curve::Single;
-use crate::core::error::{Error, Fault, at_least};
+use crate::core::curve::{Single, within_degrees};
+use crate::core::error::{At, Error, Fault};
 use crate::core::point::{Point, magnitude};
 
 /// The most rounds of alternation.
@@ -29,8 +29,8 @@ impl Both {
     /// At `family`, `order` or `degree`.
     pub(super) fn new(family: Family, order: usize) -> Result<Self, Error> {
         let Family::Quasi { degree } = family else { return Err(undetermined("bezier, beta-bezier and alpha-beta-bezier").at("family")) };
-        at_least("as the order", order, 1).map_err(|fault| fault.at("order"))?;
-        check_degree(degree, order).map_err(|fault| fault.at("degree"))?;
+        within_degrees("order", order).at("order")?;
+        check_degree(degree, order).at("degree")?;
         if degree == order {
             return Err(undetermined("quasi-bezier with degree = order").at("degree"));
         }

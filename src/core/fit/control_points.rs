@@ -6,7 +6,7 @@ use super::reduced::{deficiency, equations, solve_for_control_points};
 use super::{Ends, Solved, Solver};
 use crate::core::basis::{Basis, ShapeMatrix};
 use crate::core::curve::Single;
-use crate::core::error::{Error, Fault};
+use crate::core::error::{At, Error, Fault};
 use crate::core::point::Point;
 
 /// Linear least squares for the control points.
@@ -22,7 +22,7 @@ impl ControlPoints {
     /// # Errors
     /// At `order` or `basis`.
     pub(super) fn new(basis: Basis, order: usize, ends: Ends) -> Result<Self, Error> {
-        basis.degree(order).map_err(|fault| fault.at("order"))?;
+        basis.degree(order).at("order")?;
         let matrix = basis.shape_matrix(order);
         if ends == Ends::Interpolate && !matrix.interpolates_end_points() {
             let why = "curves of this basis do not start and end at their first and last control points (the first and last row of the \

@@ -6,8 +6,8 @@ use super::data::Data;
 use super::quasi::QuasiShape;
 use super::{Family, Solver};
 use crate::core::basis::{AlphaBeta, Basis};
-use crate::core::curve::valid_points;
-use crate::core::error::{At, Error, Fault, at_least, at_most};
+use crate::core::curve::{valid_points, within_degrees};
+use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::limits;
 use crate::core::point::{Point, magnitude};
 
@@ -25,11 +25,11 @@ pub(super) fn solver<const D: usize>(family: Family, polygon: Vec<Point<D>>, dat
         Family::Beta => Box::new(BetaShape::new(polygon)),
         Family::AlphaBeta => {
             let basis = Basis::AlphaBeta(AlphaBeta::new(1.0, 3.0)?);
-            basis.degree(polygon.len() - 1).map_err(|fault| fault.at("control_points").at("solve"))?;
+            basis.degree(polygon.len() - 1).at("control_points").at("solve")?;
             Box::new(AlphaBetaShape::new(polygon))
         }
         Family::Quasi { degree } => {
-            check_degree(degree, polygon.len() - 1).map_err(|fault| fault.at("degree").at("solve"))?;
+            check_degree(degree, polygon.len() - 1).at("degree").at("solve")?;
             Box::new(QuasiShape::new(degree, polygon))
         }
     })
@@ -52,8 +52,12 @@ fn check_polygon<const D: usize>(polygon: &[Point<D>], data: &Data<D>) -> Result
 
 /// Degrees a quasi-bezier curve of this order may have (Chen 2013 Note 3).
 pub(super) fn check_degree(degree: usize, order: usize) -> Result<(), Fault> {
-    at_least("as the degree (not less than the order)", degree, order)?;
-    at_most("as the degree", degree, limits::DEGREE, "Use a lower degree")
+    within_degrees("degree", degree)?;
+    if degree >= order {
+        return Ok(());
+    }
+    let allowed = format!("degree >= order = {order}");
+    Err(Fault::OutOfRange { what: "degree", value: degree as f64, allowed })
 }
 
 /// Below this, differences between the curves of two shapes are rounding.

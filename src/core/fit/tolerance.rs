@@ -22,7 +22,7 @@ const ROUNDINGS: f64 = 64.0;
 /// `locally_minimal` is true, no single joint can be left out of it; with other joints altogether,
 /// fewer segments may still do. O(points) per trial, a bounded number of trials.
 pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: Basis, tolerance: f64) -> Result<Fit<D>, Error> {
-    let condition = basis.way_back(3).map_err(|fault| fault.at("basis").at("solve"))?.condition;
+    let condition = basis.way_back(3).at("basis").at("solve")?.condition;
     let target = reachable(data, tolerance, condition).at("solve")?;
     let ordered = Ordered::new(data, &parameters);
     let places = ordered.places.len();

@@ -1,6 +1,6 @@
 //! The values that fields hold.
 
-use serde::de::{DeserializeOwned, Error as _, Visitor};
+use serde::de::{DeserializeOwned, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
@@ -98,7 +98,7 @@ impl<'de> Deserialize<'de> for Whole {
                 if whole { Ok(Whole(value as usize)) } else { Err(E::invalid_type(serde::de::Unexpected::Float(value), &self)) }
             }
         }
-        deserializer.deserialize_any(WholeVisitor).map_err(D::Error::custom)
+        deserializer.deserialize_any(WholeVisitor)
     }
 }
 
