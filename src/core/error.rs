@@ -142,6 +142,14 @@ pub enum Fault {
         /// Its name.
         field: &'static str,
     },
+    /// The part that says which variant of the object is meant is not there.
+    #[error("the field `{field}` is missing; it is one of {values}")]
+    MissingTag {
+        /// Its name.
+        field: &'static str,
+        /// The variants.
+        values: String,
+    },
     /// A part that belongs to another variant of the object.
     #[error("`{field}` does not belong to {of}; it belongs to {owners}")]
     ForeignField {

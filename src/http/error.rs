@@ -82,7 +82,7 @@ pub fn body_too_large() -> Problem {
 fn classify(fault: &Fault) -> (StatusCode, &'static str, &'static str) {
     use StatusCode as S;
     match fault {
-        Fault::Missing { .. } => (S::BAD_REQUEST, "missing_field", "A field is missing"),
+        Fault::Missing { .. } | Fault::MissingTag { .. } => (S::BAD_REQUEST, "missing_field", "A field is missing"),
         Fault::ForeignField { .. } => (S::BAD_REQUEST, "unknown_field", "A field does not belong here"),
         Fault::TooLarge { .. } => (S::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit"),
         Fault::TooFew { .. } => (S::UNPROCESSABLE_ENTITY, "too_few", "Too few"),

@@ -8,9 +8,10 @@ use axum::response::Response;
 use super::Example;
 use super::error::Problems;
 use super::json::respond;
-use super::wire::{Basis, Curve, Points, Whole, need, number};
+use super::wire::{Basis, Curve, Points, Whole, need, number, whole};
 use crate::core::error::{At, Error, Fault};
 use crate::core::fit as core;
+use crate::core::limits;
 use crate::core::point::Point;
 
 crate::names! {
@@ -31,13 +32,13 @@ crate::union! {
         /// The basis, with its shape parameters.
         basis: Basis,
         /// One less than the number of control points; 1 to 64.
-        order: Whole,
+        order: Whole = whole(1, limits::DEGREE),
         /// Whose shape parameters are sought.
         family: ShapeFamily,
         /// The control polygon, which stays.
         control_points: Points,
-        /// Of a quasi-bezier curve: the degree, at least the order; up to 64.
-        degree: Whole,
+        /// Of a quasi-bezier curve, which needs it: the degree, at least the order; 1 to 64.
+        degree: Whole = whole(1, limits::DEGREE),
         /// The largest distance allowed between a data point and the curve at its parameter, in the unit of the coordinates; more than 0.
         tolerance: f64 = number().exclusive_minimum(Some(0.0)),
     }
@@ -87,7 +88,7 @@ crate::object! {
         /// What is sought.
         required solve: Solve,
         /// One weight per point, each more than 0: the weighted sum of squared distances is minimised. Default: all 1.
-        optional weights: Vec<f64>,
+        optional weights: Vec<f64> = utoipa::openapi::schema::ArrayBuilder::new().items(number().exclusive_minimum(Some(0.0))),
         /// How the points get their parameters; default chord-length.
         optional parameterization: FitParameterization,
         /// What happens at the ends: `interpolate` (the default) or `free` (the default where the control polygon is given).

@@ -89,7 +89,7 @@ macro_rules! union {
             /// # Errors
             /// A missing tag or field, or a field of another variant.
             pub fn kind(&self) -> Result<$kind, $crate::core::error::Error> {
-                let kind = $crate::http::wire::need(self.$tag, stringify!($tag))?;
+                let kind = self.$tag.ok_or_else(|| $crate::http::wire::Variant::missing_tag(Self::VARIANTS, stringify!($tag)))?;
                 $crate::http::wire::Variant::check(Self::VARIANTS, kind as usize, &self.present()[1..])?;
                 Ok(kind)
             }
@@ -264,6 +264,12 @@ pub struct Variant {
 impl Variant {
     fn has(&self, field: &str) -> bool {
         self.required.contains(&field) || self.optional.contains(&field)
+    }
+
+    /// The fault of an object without its tag.
+    pub fn missing_tag(variants: &[Variant], field: &'static str) -> Error {
+        let values = variants.iter().map(|variant| variant.text).collect::<Vec<_>>().join(", ");
+        Fault::MissingTag { field, values }.into()
     }
 
     /// Checks that the fields present are those of variant number `kind`.
