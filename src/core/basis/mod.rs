@@ -1,6 +1,6 @@
 //! The families of basis functions, and the one enum through which the rest of the code meets them.
 //!
-//! To add a family: a file here that implements [`Family`], a variant of [`Basis`], an arm of
+//! To add a family: a file here that implements `Family`, a variant of [`Basis`], an arm of
 //! `Basis::family`, and a variant on the wire.
 
 mod alpha_beta;

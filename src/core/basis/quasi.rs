@@ -1,5 +1,7 @@
 //! The Quasi-Bezier bases of Chen 2013: the shape matrix itself is the parameter.
 
+use std::sync::Arc;
+
 use super::{Family, ShapeMatrix};
 use crate::core::error::{At, Error, Fault, at_least, at_most};
 use crate::core::limits;
@@ -34,9 +36,10 @@ pub enum Shape {
 /// A shape matrix that is non-negative, has rows summing to 1, and full rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quasi {
-    shape: Shape,
+    /// Shared, because every piece of a curve that is cut has the basis of the whole.
+    shape: Arc<Shape>,
     /// The matrix at the order in which it was given.
-    given: ShapeMatrix,
+    given: Arc<ShapeMatrix>,
 }
 
 impl Quasi {
@@ -58,7 +61,7 @@ impl Quasi {
         if rank < columns {
             return Err(Fault::ShapeRank { rank, columns }.into());
         }
-        Ok(Quasi { shape, given })
+        Ok(Quasi { shape: Arc::new(shape), given: Arc::new(given) })
     }
 
     /// The shape as it was given.
@@ -74,7 +77,7 @@ impl Family for Quasi {
 
     fn degree(&self, order: usize) -> Result<usize, Fault> {
         let own = self.given.order();
-        let raisable = matches!(self.shape, Shape::Recursive { .. });
+        let raisable = matches!(*self.shape, Shape::Recursive { .. });
         if order == own || (raisable && order > own) {
             return Ok(self.given.degree() + (order - own));
         }
@@ -91,7 +94,7 @@ impl Family for Quasi {
     }
 
     fn shape_matrix(&self, order: usize) -> ShapeMatrix {
-        (self.given.order()..order).fold(self.given.clone(), |matrix, _| matrix.raised())
+        (self.given.order()..order).fold((*self.given).clone(), |matrix, _| matrix.raised())
     }
 }
 

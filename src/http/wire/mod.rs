@@ -1,6 +1,6 @@
 //! What the JSON looks like: every object of the contract, declared once.
 //!
-//! [`object!`] and [`union!`](crate::union) make of one declaration the type that reads and writes the JSON and
+//! `object!` and `union!` make of one declaration the type that reads and writes the JSON and
 //! the schema that describes it, so that the three cannot drift apart. Each wire type then turns into its
 //! core type in one step (`parse`), where everything semantic is checked.
 

@@ -114,7 +114,7 @@ macro_rules! union {
     };
 }
 
-/// The struct behind [`object!`] and [`union!`](crate::union), with its reading and writing.
+/// The struct behind `object!` and `union!`, with its reading and writing.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! object_type {
