@@ -6,7 +6,7 @@ use laws::{any, apart, curves_apart, jets, law, single};
 use proptest::collection::vec;
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, Shape as QuasiShape, ShapeMatrix};
 use springline::core::bezier_form::split;
-use springline::core::continuity::{Class, Report, continuity};
+use springline::core::continuity::{Class, Report, Tolerance, continuity};
 use springline::core::curve::{Bases, Curve, Piecewise};
 use springline::core::error::Fault;
 use springline::core::interpolate::{End, Interpolant, Shape, interpolate};
@@ -92,7 +92,7 @@ fn reshaped(points: &[Point<2>], from: Basis, to: impl Fn(usize) -> Basis) -> Re
     let curve = closed_through(points, Bases::Common(from)).curve;
     let bases = Bases::PerSegment((0..points.len()).map(to).collect());
     let other = Piecewise::new(bases, 3, curve.breaks().clone(), true, curve.control_points().to_vec()).unwrap();
-    continuity(&other.composite(), true, CONTINUITY_TOLERANCE)
+    continuity(&other.composite(), true, Tolerance::default())
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod laws;
 
 use laws::{apart, at, curves_apart, domain, even, single, size};
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, Shape as QuasiShape};
-use springline::core::continuity::{Class, continuity};
+use springline::core::continuity::{Class, Tolerance, continuity};
 use springline::core::curve::{BSpline, Bases, Curve, Piecewise, Single};
 use springline::core::error::Fault;
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
@@ -220,7 +220,7 @@ fn jump() -> Curve<2> {
 fn a_jump_is_evaluated_from_the_right_reported_and_converted() {
     let curve = jump();
     assert_eq!(at(&curve, &[0.5, 1.0, 2.0]), [Point([0.5, 0.0]), Point([1.0, 1.0]), Point([2.0, 1.0])]);
-    assert_eq!(continuity(&curve.composite().unwrap(), false, 1e-9).class, Class::Discontinuous);
+    assert_eq!(continuity(&curve.composite().unwrap(), false, Tolerance::default()).class, Class::Discontinuous);
     let result = to_bspline(&curve, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
     assert_eq!((result.joints[0].continuity, result.joints[0].multiplicity), (-1, 2));
     assert_eq!(Curve::BSpline(result.curve), curve);

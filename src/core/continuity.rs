@@ -1,6 +1,7 @@
 //! How smoothly segments join, measured joint by joint.
 
 use super::curve::Composite;
+use super::limits;
 use super::point::{Point, magnitude};
 
 /// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives with
@@ -35,6 +36,22 @@ impl Class {
     }
 }
 
+/// What counts as agreement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Relative: a jump of a derivative counts from this fraction of the derivative's largest value on the two segments, a gap from
+    /// this fraction of their extent. Rounding errors are allowed besides.
+    pub relative: f64,
+    /// A gap that is allowed besides, in the unit of the coordinates.
+    pub gap: f64,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Tolerance { relative: limits::CONTINUITY_TOLERANCE, gap: 0.0 }
+    }
+}
+
 /// What was measured at one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint {
@@ -65,8 +82,8 @@ pub struct Report {
     pub class: Class,
     /// Every joint in order; for a closed curve the last is the seam, at the end parameter.
     pub joints: Vec<Joint>,
-    /// The relative tolerance used.
-    pub tolerance: f64,
+    /// The tolerance used.
+    pub tolerance: Tolerance,
 }
 
 impl Report {
@@ -165,9 +182,8 @@ fn joints<const D: usize>(composite: &Composite<D>, closed: bool) -> impl Iterat
     inner.chain(closed.then(|| (count - 1, 0, knots[count])))
 }
 
-/// Measures every joint. The tolerance is relative: a jump of a derivative counts from that fraction of the
-/// derivative's largest value on the two segments (a gap: of their extent), rounding errors aside. O(segments).
-pub fn continuity<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: f64) -> Report {
+/// Measures every joint. O(segments).
+pub fn continuity<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: Tolerance) -> Report {
     let jets = Jets::new(composite, 2);
     let measure = |(left, right, parameter)| measure(&jets, left, right, parameter, tolerance);
     let joints: Vec<_> = joints(composite, closed).map(measure).collect();
@@ -182,13 +198,13 @@ pub(crate) fn parametric_orders<const D: usize>(composite: &Composite<D>, closed
     joints(composite, closed).map(|(left, right, parameter)| (parameter, agreeing(left, right) as i32 - 1)).collect()
 }
 
-fn measure<const D: usize>(jets: &Jets<D>, left: usize, right: usize, parameter: f64, tolerance: f64) -> Joint {
+fn measure<const D: usize>(jets: &Jets<D>, left: usize, right: usize, parameter: f64, tolerance: Tolerance) -> Joint {
     let [position, first, second] = [0, 1, 2].map(|k| jets.sides(k, left, right));
-    let shape = shape(&first, &second, tolerance);
-    let meets = position.agree(tolerance);
-    let c1 = meets && first.agree(tolerance);
+    let shape = shape(&first, &second, tolerance.relative);
+    let meets = position.jump() <= position.allowed(tolerance.relative) + tolerance.gap;
+    let c1 = meets && first.agree(tolerance.relative);
     let parametric = match () {
-        () if c1 && second.agree(tolerance) => Class::C2,
+        () if c1 && second.agree(tolerance.relative) => Class::C2,
         () if c1 => Class::C1,
         () if meets => Class::C0,
         () => Class::Discontinuous,
@@ -251,7 +267,7 @@ mod tests {
 
     fn classes(knots: &[f64], segments: &[Vec<Point<2>>]) -> Joint {
         let composite = Composite::from_segments(Breaks::new(knots.to_vec()).unwrap(), segments);
-        continuity(&composite, false, crate::core::limits::CONTINUITY_TOLERANCE).joints[0]
+        continuity(&composite, false, Tolerance::default()).joints[0]
     }
 
     fn line(points: &[[f64; 2]]) -> Vec<Point<2>> {

@@ -150,7 +150,7 @@ fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> 
         }
         Sampling::Tolerance(tolerance) => {
             check_tolerance(*tolerance, composite.magnitude()).at("tolerance").at("sampling")?;
-            check_joined(composite).at("curve")?;
+            composite.check_joined().at("curve")?;
             let pieces = flat_pieces(composite, *tolerance, limits::SAMPLES - 1).at("tolerance").at("sampling")?;
             Ok(std::iter::once(a).chain(pieces.into_iter().map(|piece| piece.end)).collect())
         }
@@ -176,17 +176,6 @@ pub(crate) fn check_tolerance(tolerance: f64, magnitude: f64) -> Result<(), Erro
     }
     let least = 64.0 * f64::EPSILON * magnitude;
     if tolerance < least { Err(Fault::ToleranceTooSmall { tolerance, least }.into()) } else { Ok(()) }
-}
-
-/// Refuses a B-spline that jumps: neither pieces that share their joints nor a polyline can follow it.
-pub(crate) fn check_joined<const D: usize>(composite: &Composite<D>) -> Result<(), Error> {
-    let allowed = 64.0 * f64::EPSILON * composite.magnitude();
-    let gap = |i: &usize| composite.segment(i - 1)[composite.degree()].distance(composite.segment(*i)[0]);
-    let Some(i) = (1..composite.breaks().segments()).find(|i| gap(i) > allowed) else { return Ok(()) };
-    let t = composite.breaks().as_slice()[i];
-    let why =
-        format!("the curve jumps at the knot {t:?} (multiplicity degree + 1), where it must be connected; split it there by hand first");
-    Err(Fault::UnsuitableCurve(why).into())
 }
 
 /// A piece of one segment that its chord represents within a tolerance.

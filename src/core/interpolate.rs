@@ -1,6 +1,6 @@
 //! Composite cubics through points.
 
-use super::continuity::{Report, continuity};
+use super::continuity::{Report, Tolerance, continuity};
 use super::curve::{Bases, Composite, Piecewise, finite_points};
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::knots::Breaks;
@@ -70,7 +70,7 @@ pub fn interpolate<const D: usize>(
         return Err(Fault::Overflow.into());
     }
     let (curve, condition) = Piecewise::from_composite(bases, 3, &composite, closed)?;
-    let continuity = continuity(&curve.composite(), closed, limits::CONTINUITY_TOLERANCE);
+    let continuity = continuity(&curve.composite(), closed, Tolerance::default());
     Ok(Interpolant { curve, continuity, condition })
 }
 
@@ -95,18 +95,7 @@ fn check<const D: usize>(points: &[Point<D>], shape: Shape<D>) -> Result<(), Err
 /// Refuses a basis that cannot write every cubic, at `basis` or at its place in `bases`.
 fn check_bases(bases: &Bases, segments: usize) -> Result<(), Error> {
     bases.check_count(segments).at("bases")?;
-    let check = |basis: &super::basis::Basis| {
-        basis.way_back(3)?;
-        if basis.interpolates_end_points(3) {
-            return Ok(());
-        }
-        let why = "segments share control points at their joints, so the basis must start and end at its first and last one";
-        Err(Fault::UnsuitableBasis(why.into()))
-    };
-    match bases {
-        Bases::Common(basis) => check(basis).at("basis"),
-        Bases::PerSegment(bases) => bases.iter().enumerate().try_for_each(|(i, basis)| check(basis).at(i).at("bases")),
-    }
+    bases.check_each(|basis| basis.way_back(3).and_then(|_| basis.joinable(3)))
 }
 
 /// Bezier segments from points and derivatives.

@@ -6,17 +6,25 @@
 //! per operation does the rest.
 
 pub mod basis;
+pub mod basis_functions;
 pub mod bezier_form;
 pub mod continuity;
+pub mod convert;
 pub mod curve;
+mod distance;
 pub mod error;
 pub mod evaluate;
 pub mod fit;
 pub mod interpolate;
+pub mod join;
+mod joint_rows;
 pub mod knots;
+mod least_change;
 pub mod least_squares;
 pub mod limits;
 pub mod parameterization;
 pub mod point;
+pub mod reshape;
 pub mod subdivide;
+pub mod surface;
 pub mod to_bspline;

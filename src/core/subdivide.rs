@@ -4,7 +4,7 @@ use super::basis::{Basis, Bezier};
 use super::bezier_form::{evaluate, split};
 use super::curve::{Bases, Composite, Curve, Piecewise};
 use super::error::{At, Error, Fault, at_most, increasing};
-use super::evaluate::{Piece, check_joined, check_tolerance, flat_pieces, within_domain};
+use super::evaluate::{Piece, check_tolerance, flat_pieces, within_domain};
 use super::knots::Breaks;
 use super::limits;
 use super::point::Point;
@@ -63,7 +63,7 @@ pub fn subdivide<const D: usize>(curve: &Curve<D>, cuts: &Cuts, form: Form) -> R
     };
     let pieces = pieces.at("at")?;
     let cut = Composite::from_segments(breaks(&composite, &pieces)?, &pieces.iter().map(|p| p.points.clone()).collect::<Vec<_>>());
-    check_joined(&cut).at("curve")?;
+    cut.check_joined().at("curve")?;
     let (in_family, (pieces_curve, condition)) = assemble(curve, &cut, &pieces, form)?;
     let (split_parameters, split_points) = match cuts {
         Cuts::Parameters(values) => (values.clone(), values.iter().map(|&t| point_at(&composite, t)).collect()),
@@ -166,7 +166,7 @@ fn assemble<const D: usize>(
         }
     }
     let bases = Bases::Common(Basis::Bezier(Bezier));
-    Ok((false, Piecewise::from_composite(bases, cut.degree(), cut, closes(curve, cut))?))
+    Ok((false, Piecewise::from_composite(bases, cut.degree(), cut, cut.closes(curve.closed()))?))
 }
 
 fn in_family<const D: usize>(curve: &Curve<D>, cut: &Composite<D>, pieces: &[Piece<D>]) -> Result<(Piecewise<D>, f64), Error> {
@@ -177,7 +177,7 @@ fn in_family<const D: usize>(curve: &Curve<D>, cut: &Composite<D>, pieces: &[Pie
             return Err(Fault::UnsuitableCurve("the pieces of a bspline are bezier curves; ask for the form bezier or auto".into()).into());
         }
     };
-    Piecewise::from_composite(bases, order, cut, closes(curve, cut))
+    Piecewise::from_composite(bases, order, cut, cut.closes(curve.closed()))
 }
 
 /// Each piece has the basis of the segment it was cut from.
@@ -186,10 +186,4 @@ fn inherited<const D: usize>(bases: &Bases, pieces: &[Piece<D>]) -> Bases {
         Bases::Common(basis) => Bases::Common(basis.clone()),
         Bases::PerSegment(bases) => Bases::PerSegment(pieces.iter().map(|piece| bases[piece.segment].clone()).collect()),
     }
-}
-
-/// Whether the pieces close: a closed B-spline may miss its start by more than rounding, and is then left as it is.
-fn closes<const D: usize>(curve: &Curve<D>, cut: &Composite<D>) -> bool {
-    let last = cut.segment(cut.breaks().segments() - 1);
-    curve.closed() && last[last.len() - 1].distance(cut.segment(0)[0]) <= 64.0 * f64::EPSILON * cut.magnitude()
 }

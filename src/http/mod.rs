@@ -1,11 +1,16 @@
 //! The edge: routes, middleware and the specification, each on one screen.
 
+pub mod basis;
+pub mod continuity;
+pub mod convert;
 pub mod error;
 pub mod evaluate;
 pub mod fit;
 pub mod health;
 pub mod interpolate;
+pub mod join;
 pub mod json;
+pub mod reshape;
 pub mod subdivide;
 pub mod to_bspline;
 pub mod wire;
@@ -54,6 +59,11 @@ pub const OPERATIONS: &[(&str, &[Example])] = &[
     ("/v1/to-bspline", to_bspline::EXAMPLES),
     ("/v1/interpolate", interpolate::EXAMPLES),
     ("/v1/fit", fit::EXAMPLES),
+    ("/v1/reshape", reshape::EXAMPLES),
+    ("/v1/join", join::EXAMPLES),
+    ("/v1/convert", convert::EXAMPLES),
+    ("/v1/continuity", continuity::EXAMPLES),
+    ("/v1/basis", basis::EXAMPLES),
 ];
 
 #[derive(OpenApi)]
@@ -82,6 +92,11 @@ fn routes() -> OpenApiRouter {
         .routes(routes!(to_bspline::post))
         .routes(routes!(interpolate::post))
         .routes(routes!(fit::post))
+        .routes(routes!(reshape::post))
+        .routes(routes!(join::post))
+        .routes(routes!(convert::post))
+        .routes(routes!(continuity::post))
+        .routes(routes!(basis::post))
         .routes(routes!(health::live))
         .routes(routes!(health::ready))
 }

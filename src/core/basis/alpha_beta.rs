@@ -71,6 +71,10 @@ impl Family for AlphaBeta {
         self.alpha
     }
 
+    fn own_order(&self) -> Option<usize> {
+        Some(3)
+    }
+
     fn shape_matrix(&self, _order: usize) -> ShapeMatrix {
         along_edges(self.third())
     }

@@ -32,6 +32,11 @@ trait Family {
         1.0
     }
 
+    /// The lowest order the family has with these parameters, if not any.
+    fn own_order(&self) -> Option<usize> {
+        None
+    }
+
     /// `M` for an order that [`Family::degree`] accepts.
     fn shape_matrix(&self, order: usize) -> ShapeMatrix;
 
@@ -103,6 +108,11 @@ impl Basis {
         self.family().length()
     }
 
+    /// The lowest order the basis serves, for families that do not serve any.
+    pub fn own_order(&self) -> Option<usize> {
+        self.family().own_order()
+    }
+
     /// The shape matrix for an order that [`Basis::degree`] accepts. O(n^3) for Beta-Bezier, else O(d n).
     pub fn shape_matrix(&self, order: usize) -> ShapeMatrix {
         self.family().shape_matrix(order)
@@ -116,6 +126,22 @@ impl Basis {
     /// Whether curves of this basis start and end at their first and last control points.
     pub fn interpolates_end_points(&self, order: usize) -> bool {
         self.is_identity() || self.shape_matrix(order).interpolates_end_points()
+    }
+
+    /// Whether segments of this basis and order meet in a shared control point.
+    ///
+    /// # Errors
+    /// An order that does not suit the family; a basis that does not start and end at its control points.
+    pub fn joinable(&self, order: usize) -> Result<(), Fault> {
+        self.degree(order)?;
+        if self.interpolates_end_points(order) {
+            return Ok(());
+        }
+        Err(Fault::UnsuitableBasis(
+            "the segments of a piecewise curve share control points, so each basis must start and end at its first and last one: \
+             the first and last row of its shape matrix are unit rows (Chen 2013 Proposition 6)"
+                .into(),
+        ))
     }
 
     /// The way back from Bezier points to the control points of this basis.

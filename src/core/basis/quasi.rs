@@ -93,6 +93,10 @@ impl Family for Quasi {
         })
     }
 
+    fn own_order(&self) -> Option<usize> {
+        Some(self.given.order())
+    }
+
     fn shape_matrix(&self, order: usize) -> ShapeMatrix {
         (self.given.order()..order).fold((*self.given).clone(), |matrix, _| matrix.raised())
     }

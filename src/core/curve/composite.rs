@@ -1,7 +1,7 @@
 //! The common ground of all curves: polynomial segments in Bezier form, end to end.
 
 use crate::core::bezier_form::{elevate, hodograph, horner, scaled};
-use crate::core::error::Error;
+use crate::core::error::{Error, Fault};
 use crate::core::knots::Breaks;
 use crate::core::point::{Point, magnitude};
 
@@ -49,6 +49,21 @@ impl<const D: usize> Composite<D> {
         Composite { breaks, degree, points }
     }
 
+    /// Curves one after the other, each over an interval as long as its own domain; the first starts at 0.
+    ///
+    /// # Errors
+    /// More segments than [`crate::core::limits::SEGMENTS`]; domains whose sum is not finite.
+    pub fn end_to_end(curves: &[Composite<D>]) -> Result<Self, Error> {
+        let mut knots = vec![0.0];
+        for curve in curves {
+            let start = knots[knots.len() - 1];
+            let own = curve.breaks.as_slice();
+            knots.extend(own[1..].iter().map(|t| start + (t - own[0])));
+        }
+        let segments: Vec<_> = curves.iter().flat_map(|curve| curve.segments().map(<[_]>::to_vec)).collect();
+        Ok(Self::from_segments(Breaks::new(knots)?, &segments))
+    }
+
     /// The joints.
     pub fn breaks(&self) -> &Breaks {
         &self.breaks
@@ -82,6 +97,24 @@ impl<const D: usize> Composite<D> {
         });
         let points = hodographs.collect();
         Composite { breaks: self.breaks.clone(), degree: self.degree.saturating_sub(1), points }
+    }
+
+    /// Refuses a curve that jumps: the segments of a piecewise curve share their joints.
+    ///
+    /// # Errors
+    /// [`Fault::UnsuitableCurve`] with the first joint at which neighbours do not meet.
+    pub(crate) fn check_joined(&self) -> Result<(), Fault> {
+        let allowed = 64.0 * f64::EPSILON * self.magnitude();
+        let gap = |i: &usize| self.segment(i - 1)[self.degree].distance(self.segment(*i)[0]);
+        let Some(i) = (1..self.breaks.segments()).find(|i| gap(i) > allowed) else { return Ok(()) };
+        let t = self.breaks.as_slice()[i];
+        Err(Fault::UnsuitableCurve(format!("the curve jumps at the knot {t:?} (multiplicity degree + 1), but segments share their joints")))
+    }
+
+    /// Whether a curve declared closed ends where it starts to within rounding. A B-spline may miss that by more.
+    pub(crate) fn closes(&self, declared: bool) -> bool {
+        let last = self.segment(self.breaks.segments() - 1);
+        declared && last[self.degree].distance(self.segment(0)[0]) <= 64.0 * f64::EPSILON * self.magnitude()
     }
 
     /// Ready to be evaluated many times.

@@ -38,6 +38,15 @@ impl<const D: usize> Curve<D> {
         }
     }
 
+    /// The control points.
+    pub fn control_points(&self) -> &[Point<D>] {
+        match self {
+            Curve::Single(curve) => curve.control_points(),
+            Curve::Piecewise(curve) => curve.control_points(),
+            Curve::BSpline(curve) => curve.control_points(),
+        }
+    }
+
     /// Whether the curve is declared to end where it starts.
     pub fn closed(&self) -> bool {
         match self {

@@ -51,6 +51,17 @@ impl Bases {
         }
     }
 
+    /// Checks each basis, with faults placed at `basis` where all segments share it, else at its place in `bases`.
+    ///
+    /// # Errors
+    /// The first fault that `check` finds.
+    pub(crate) fn check_each(&self, check: impl Fn(&Basis) -> Result<(), Fault>) -> Result<(), Error> {
+        match self {
+            Bases::Common(basis) => check(basis).at("basis"),
+            Bases::PerSegment(bases) => bases.iter().enumerate().try_for_each(|(i, basis)| check(basis).at(i).at("bases")),
+        }
+    }
+
     /// What `make` gives for the basis of each segment in turn, computed once where neighbours share it.
     pub(crate) fn map<T, E>(&self, mut make: impl FnMut(usize, &Basis) -> Result<T, E>) -> Result<PerSegment<T>, E> {
         let bases = self.as_slice();
@@ -102,7 +113,7 @@ impl<const D: usize> Piecewise<D> {
         let segments = breaks.segments();
         within_degrees("order", order).at("order")?;
         bases.check_count(segments).at("bases")?;
-        bases.map(|i, basis| joinable(basis, order).at(i).at("bases"))?;
+        bases.map(|i, basis| basis.joinable(order).at(i).at("bases"))?;
         valid_points(&points, 2).at("control_points")?;
         let expected = segments * order + 1;
         if points.len() != expected {
@@ -190,17 +201,4 @@ impl<const D: usize> Piecewise<D> {
         let segments: Vec<_> = (0..self.breaks.segments()).map(bezier).collect();
         Composite::from_segments(self.breaks.clone(), &segments)
     }
-}
-
-/// Whether segments of this basis meet in a shared control point.
-fn joinable(basis: &Basis, order: usize) -> Result<(), Fault> {
-    basis.degree(order)?;
-    if basis.interpolates_end_points(order) {
-        return Ok(());
-    }
-    Err(Fault::UnsuitableBasis(
-        "the segments of a piecewise curve share control points, so each basis must start and end at its first and last one: \
-         the first and last row of its shape matrix are unit rows (Chen 2013 Proposition 6)"
-            .into(),
-    ))
 }

@@ -153,3 +153,52 @@ pub fn bases(common: Option<Basis>, each: Option<Vec<Basis>>) -> Result<crate::c
         (None, None) => Ok(Bases::Common(core::Basis::Bezier(core::Bezier))),
     }
 }
+
+/// A basis to convert to: one with its shape parameters, or just `"bezier"`.
+#[derive(Debug, Clone, serde::Serialize)]
+#[serde(transparent)]
+pub struct Target(Basis);
+
+impl Target {
+    /// The basis.
+    pub fn into_basis(self) -> Basis {
+        self.0
+    }
+}
+
+impl<'de> serde::Deserialize<'de> for Target {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct TargetVisitor;
+        impl<'de> serde::de::Visitor<'de> for TargetVisitor {
+            type Value = Target;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("\"bezier\" or a basis")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Target, E> {
+                match name {
+                    "bezier" => Ok(Target(Basis::of(BasisFamily::Bezier))),
+                    _ => Err(E::invalid_value(serde::de::Unexpected::Str(name), &self)),
+                }
+            }
+
+            fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Target, A::Error> {
+                serde::Deserialize::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Target)
+            }
+        }
+        deserializer.deserialize_any(TargetVisitor)
+    }
+}
+
+impl super::Field for Target {
+    fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
+        use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Type};
+        let name = ObjectBuilder::new().schema_type(Type::String).enum_values(Some(["bezier"]));
+        OneOfBuilder::new().item(name).item(<Basis as super::Field>::schema()).into()
+    }
+
+    fn collect(components: &mut super::field::Components) {
+        <Basis as super::Field>::collect(components);
+    }
+}

@@ -51,13 +51,37 @@ crate::union! {
     "bspline" BSpline as BSplineCurve: [degree, knots, control_points] [closed];
 }
 
-/// A curve whose dimension is known.
+/// A curve, or a list of curves, whose dimension is known.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Dimensioned {
+pub enum Dimensioned<P = core::Curve<2>, S = core::Curve<3>> {
     /// 2D.
-    Plane(core::Curve<2>),
+    Plane(P),
     /// 3D.
-    Space(core::Curve<3>),
+    Space(S),
+}
+
+impl Dimensioned {
+    /// Curves of one dimension, that of the first.
+    ///
+    /// # Errors
+    /// Faults of a curve at its place in the list; no curve at all; a curve of another dimension.
+    pub fn parse_list(curves: Vec<Curve>) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
+        crate::core::error::at_least("curves", curves.len(), 1)?;
+        let parsed = curves.into_iter().enumerate().map(|(i, curve)| curve.parse().at(i));
+        let (mut plane, mut space) = (Vec::new(), Vec::new());
+        for (i, curve) in parsed.enumerate() {
+            match curve? {
+                Dimensioned::Plane(curve) => plane.push(curve),
+                Dimensioned::Space(curve) => space.push(curve),
+            }
+            if !plane.is_empty() && !space.is_empty() {
+                let (count, expected) = if plane.len() == i { (3, 2) } else { (2, 3) };
+                let rule = "all curves have as many coordinates as the first";
+                return Err(Fault::WrongCount { what: "coordinates", count, expected, rule }.at("control_points").at(i));
+            }
+        }
+        Ok(if space.is_empty() { Dimensioned::Plane(plane) } else { Dimensioned::Space(space) })
+    }
 }
 
 impl Curve {

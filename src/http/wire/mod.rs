@@ -12,7 +12,7 @@ mod points;
 mod report;
 mod rules;
 
-pub use basis::{Basis, Shape, bases};
+pub use basis::{Basis, Shape, Target, bases};
 pub use curve::{Curve, Dimensioned};
 pub use field::{Field, Whole, list, need, number, whole};
 pub use object::{Part, Variant, missing, refuse, schema_of, set, union_schema};

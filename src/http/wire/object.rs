@@ -345,6 +345,10 @@ fn described(schema: RefOr<Schema>, doc: &str) -> RefOr<Schema> {
             array.description = Some(text);
             RefOr::T(Schema::Array(array))
         }
+        RefOr::T(Schema::OneOf(mut union)) => {
+            union.description = Some(text);
+            RefOr::T(Schema::OneOf(union))
+        }
         other => other,
     }
 }

@@ -1,0 +1,167 @@
+//! New shape parameters on fixed control points.
+
+use super::continuity::{Class, Report, Tolerance, continuity};
+use super::curve::{Bases, Composite, Curve, Piecewise, Single};
+use super::distance::largest_distance;
+use super::error::{At, Error, Fault};
+use super::joint_rows::{Side, derivative_row};
+use super::least_change::{Condition, least_change};
+use super::point::Point;
+
+/// What must survive at the joints.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Keep {
+    /// Nothing: every control point stays.
+    #[default]
+    Nothing,
+    /// Tangents stay parallel, with the ratio of end speeds that the curve had.
+    G1,
+    /// First derivatives stay equal.
+    C1,
+    /// First and second derivatives stay equal: then the curve stays the interpolant of its joints.
+    C2,
+}
+
+/// A curve with new shape parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reshaped<const D: usize> {
+    /// The curve.
+    pub curve: Curve<D>,
+    /// Its continuity, measured.
+    pub continuity: Report,
+    /// The largest distance between the old and the new curve at equal fractions of their domains.
+    pub curve_moved: f64,
+    /// The largest distance that a control point moved.
+    pub points_moved: f64,
+}
+
+/// Gives a curve new bases. O(segments).
+///
+/// The control points stay, which is what shape parameters are for. At joints that only meets the promise of the papers for
+/// alpha-beta-Bezier and end-tangent Quasi-Bezier curves: others lose their tangents. With [`Keep::C1`] or [`Keep::G1`] the joints
+/// stay and the inner control points move by the least sum of squares that keeps that class wherever the curve had it. With
+/// [`Keep::C2`] the curve itself stays, as there is only one C2 cubic through its joints for its ends, and its control points change.
+///
+/// # Errors
+/// At `curve`: a B-spline. At `basis` or `bases`: as many as segments, suiting the order. At `keep`: a joint without enough free
+/// control points; a basis without a way back for [`Keep::C2`].
+pub fn reshape<const D: usize>(curve: &Curve<D>, bases: Bases, keep: Keep) -> Result<Reshaped<D>, Error> {
+    let old = curve.composite().at("curve")?;
+    let new = match curve {
+        Curve::BSpline(_) => {
+            let why = "a bspline has no shape parameters; convert it to another basis first";
+            return Err(Fault::UnsuitableCurve(why.into()).at("curve"));
+        }
+        Curve::Single(single) => Curve::Single(reshaped_single(single, bases, keep)?),
+        Curve::Piecewise(piecewise) => Curve::Piecewise(reshaped_piecewise(piecewise, &old, bases, keep)?),
+    };
+    let composite = new.composite()?;
+    Ok(Reshaped {
+        continuity: continuity(&composite, curve.closed(), Tolerance::default()),
+        curve_moved: largest_distance(&old, &composite),
+        points_moved: points_moved(curve, &new),
+        curve: new,
+    })
+}
+
+fn reshaped_single<const D: usize>(single: &Single<D>, bases: Bases, keep: Keep) -> Result<Single<D>, Error> {
+    bases.check_count(1).at("bases")?;
+    let basis = bases.of(0).clone();
+    let points = match keep {
+        Keep::C2 => basis.way_back(single.order()).at("keep")?.control_points(&single.bezier_points()),
+        _ => single.control_points().to_vec(),
+    };
+    Single::new(basis, points).map_err(|error| Error::from(error.fault).at("basis"))
+}
+
+fn reshaped_piecewise<const D: usize>(
+    old: &Piecewise<D>,
+    composite: &Composite<D>,
+    bases: Bases,
+    keep: Keep,
+) -> Result<Piecewise<D>, Error> {
+    let (order, breaks, closed) = (old.order(), old.breaks(), old.closed());
+    bases.check_count(breaks.segments()).at("bases")?;
+    bases.check_each(|basis| if keep == Keep::C2 { basis.way_back(order).map(drop) } else { basis.joinable(order) })?;
+    if keep == Keep::C2 {
+        return Ok(Piecewise::from_composite(bases, order, composite, closed)?.0);
+    }
+    let mut points = old.control_points().to_vec();
+    let bent = Piecewise::new(bases, order, breaks.clone(), closed, points.clone())?;
+    if keep == Keep::Nothing {
+        return Ok(bent);
+    }
+    let kept = kept_joints(old, composite, keep);
+    let changes = mend(&bent, &kept).at("keep")?;
+    for (point, change) in points.iter_mut().zip(changes) {
+        *point += change;
+    }
+    Piecewise::new(bent.bases().clone(), order, breaks.clone(), closed, points)
+}
+
+/// A joint to keep smooth: its segments, and the ratio of the speeds after and before it.
+struct Kept {
+    parameter: f64,
+    left: usize,
+    right: usize,
+    ratio: f64,
+}
+
+/// The joints at which the old curve had the class to keep.
+fn kept_joints<const D: usize>(old: &Piecewise<D>, composite: &Composite<D>, keep: Keep) -> Vec<Kept> {
+    let segments = old.breaks().segments();
+    let report = continuity(composite, old.closed(), Tolerance::default());
+    let derivative = composite.derivative();
+    let joint = |(i, joint): (usize, &super::continuity::Joint)| {
+        let (left, right) = (i, (i + 1) % segments);
+        let (before, after) = (derivative.segment(left), derivative.segment(right)[0]);
+        let ratio = match keep {
+            Keep::C1 if joint.parametric >= Class::C1 => 1.0,
+            Keep::G1 if joint.geometric >= Class::G1 => after.norm() / before[before.len() - 1].norm(),
+            _ => return None,
+        };
+        Some(Kept { parameter: joint.parameter, left, right, ratio })
+    };
+    report.joints.iter().enumerate().filter_map(joint).collect()
+}
+
+/// The least changes of inner control points that make the end derivatives at the kept joints agree.
+fn mend<const D: usize>(curve: &Piecewise<D>, kept: &[Kept]) -> Result<Vec<Point<D>>, Error> {
+    let order = curve.order();
+    let row = |segment: usize, side: Side| {
+        let (a, b) = curve.breaks().interval(segment);
+        derivative_row(curve.bases().of(segment), order, b - a, 1, side)
+    };
+    let count = curve.control_points().len();
+    let mut conditions = Vec::with_capacity(kept.len() * D);
+    for joint in kept {
+        let before = row(joint.left, Side::End).into_iter().map(|c| -joint.ratio * c).collect::<Vec<_>>();
+        let after = row(joint.right, Side::Start);
+        for axis in 0..D {
+            let mut condition = Condition::default();
+            for (segment, row) in [(joint.left, &before), (joint.right, &after)] {
+                for (c, &factor) in row.iter().enumerate() {
+                    let point = segment * order + c;
+                    condition.right -= factor * curve.control_points()[point][axis];
+                    if c > 0 && c < order {
+                        condition.terms.push((point * D + axis, factor));
+                    }
+                }
+            }
+            conditions.push(condition);
+        }
+    }
+    let seam = if kept.last().is_some_and(|joint| joint.right <= joint.left) { D } else { 0 };
+    let change = least_change(count * D, conditions, seam);
+    let allowed = 1e-9 * super::point::magnitude(curve.control_points());
+    if change.violation > allowed {
+        let t = kept[change.worst / D].parameter;
+        let why = format!("the joint at {t:?} cannot be kept smooth: segments of order {order} have too few inner control points");
+        return Err(Fault::UnsuitableCurve(why).into());
+    }
+    Ok(change.values.chunks_exact(D).map(|x| Point(std::array::from_fn(|axis| x[axis]))).collect())
+}
+
+fn points_moved<const D: usize>(old: &Curve<D>, new: &Curve<D>) -> f64 {
+    old.control_points().iter().zip(new.control_points()).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max)
+}

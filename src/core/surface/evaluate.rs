@@ -1,0 +1,215 @@
+//! Points, partial derivatives, normals and curvatures of a surface.
+
+use super::{Direction, Patch, Surface};
+use crate::core::continuity::derivative_size;
+use crate::core::error::{At, Error, Fault, at_least, at_most};
+use crate::core::evaluate::within_domain;
+use crate::core::limits;
+use crate::core::point::Point;
+
+/// Where to sample.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Places {
+    /// So many equally spaced values of `u` and of `v`, ends included, each with each: `u` changes slowest.
+    Grid(usize, usize),
+    /// At these pairs.
+    Parameters(Vec<[f64; 2]>),
+}
+
+/// What to compute besides points and partial derivatives.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SurfaceQuantities {
+    /// The unit normal, `S_u x S_v` scaled.
+    pub normal: bool,
+    /// The mean curvature: positive where the surface bends towards its normal.
+    pub mean_curvature: bool,
+    /// The Gaussian curvature.
+    pub gaussian_curvature: bool,
+}
+
+/// Samples; every list has one entry for each pair of parameters.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SurfaceSamples {
+    /// The pairs.
+    pub parameters: Vec<[f64; 2]>,
+    /// The points.
+    pub points: Vec<Point<3>>,
+    /// The partial derivatives asked for, in the order u, v, uu, uv, vv.
+    pub derivatives: Vec<Vec<Point<3>>>,
+    /// Unit normals; zero where undefined.
+    pub normals: Vec<Point<3>>,
+    /// Mean curvatures; 0 where undefined.
+    pub mean_curvatures: Vec<f64>,
+    /// Gaussian curvatures; 0 where undefined.
+    pub gaussian_curvatures: Vec<f64>,
+    /// The samples at which `S_u` and `S_v` are parallel or vanish, within rounding: no normal, no curvature.
+    pub degenerate: Vec<usize>,
+}
+
+/// The patches of the surface and its partial derivatives: itself, u, v, uu, uv, vv.
+fn jets(patch: &Patch, orders: usize) -> Vec<Patch> {
+    let mut jets = vec![patch.clone()];
+    if orders >= 1 {
+        jets.extend([patch.derivative(Direction::U), patch.derivative(Direction::V)]);
+    }
+    if orders >= 2 {
+        let (u, v) = (jets[1].clone(), jets[2].clone());
+        jets.extend([u.derivative(Direction::U), u.derivative(Direction::V), v.derivative(Direction::V)]);
+    }
+    jets
+}
+
+/// Samples a surface. O(samples * degree_u * degree_v).
+///
+/// # Errors
+/// At `at`: counts below 2, parameters outside the domain, more samples than the limits. At `derivatives`: above 2.
+pub fn evaluate(surface: &Surface, places: &Places, orders: usize, wanted: SurfaceQuantities) -> Result<SurfaceSamples, Error> {
+    if orders > 2 {
+        let allowed = "0, 1 or 2".into();
+        return Err(Fault::OutOfRange { what: "derivatives", value: orders as f64, allowed }.at("derivatives"));
+    }
+    let patch = surface.patch();
+    let pairs = pairs(&patch, places).at("at")?;
+    let asked = [1, 3, 6][orders] + usize::from(wanted.normal);
+    at_most("points and vectors in the answer", pairs.len() * asked, limits::ANSWER_POINTS, "Ask for fewer samples").at("at")?;
+    let needed = match wanted {
+        SurfaceQuantities { mean_curvature: true, .. } | SurfaceQuantities { gaussian_curvature: true, .. } => 2,
+        SurfaceQuantities { normal: true, .. } => 1,
+        _ => orders,
+    };
+    let jets = jets(&patch, needed.max(orders));
+    let at = |jet: &Patch, &[u, v]: &[f64; 2]| jet.combine(&jet.weights(Direction::U, u), &jet.weights(Direction::V, v));
+    let mut lists: Vec<Vec<Point<3>>> = jets.iter().map(|jet| pairs.iter().map(|pair| at(jet, pair)).collect()).collect();
+    let mut samples = SurfaceSamples::default();
+    if wanted != SurfaceQuantities::default() {
+        let rounding = rounding(&patch);
+        for i in 0..pairs.len() {
+            samples.push(i, &Frame::new(|k| lists.get(k).map_or(Point::ZERO, |list| list[i]), rounding), wanted);
+        }
+    }
+    samples.parameters = pairs;
+    let kept = [1, 3, 6][orders];
+    lists.truncate(kept);
+    samples.derivatives = lists.split_off(1);
+    samples.points = lists.swap_remove(0);
+    Ok(samples)
+}
+
+/// What rounding alone may make of the length of `S_u x S_v`.
+fn rounding(patch: &Patch) -> f64 {
+    let [(a, b), (c, d)] = patch.domain();
+    let [m, n] = patch.degrees();
+    let size = patch.magnitude();
+    8.0 * f64::EPSILON * derivative_size(size, m, 1, b - a) * derivative_size(size, n, 1, d - c)
+}
+
+fn pairs(patch: &Patch, places: &Places) -> Result<Vec<[f64; 2]>, Error> {
+    let domain = patch.domain();
+    match places {
+        Places::Grid(rows, columns) => {
+            at_least("samples", *rows, 2).at("u")?;
+            at_least("samples", *columns, 2).at("v")?;
+            at_most("samples", rows.saturating_mul(*columns), limits::SAMPLES, "Sample the surface in parts")?;
+            let (us, vs) = (spread(domain[0], *rows), spread(domain[1], *columns));
+            Ok(us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v])).collect())
+        }
+        Places::Parameters(pairs) => {
+            at_least("parameters", pairs.len(), 1).at("values")?;
+            at_most("samples", pairs.len(), limits::SAMPLES, "Sample the surface in parts").at("values")?;
+            for (i, pair) in pairs.iter().enumerate() {
+                for (axis, &(a, b)) in domain.iter().enumerate() {
+                    within_domain(&pair[axis..=axis], a, b).map_err(|error| error.fault.at(axis)).at(i).at("values")?;
+                }
+            }
+            Ok(pairs.clone())
+        }
+    }
+}
+
+/// Equally spaced values from end to end.
+pub(super) fn spread((a, b): (f64, f64), count: usize) -> Vec<f64> {
+    let last = count - 1;
+    (0..count).map(|i| if i == last { b } else { (a + (b - a) * (i as f64 / last as f64)).min(b) }).collect()
+}
+
+/// The normal and the curvatures at one place; none where the surface has no tangent plane.
+struct Frame(Option<(Point<3>, f64, f64)>);
+
+impl Frame {
+    /// From the partial derivatives, numbered 1 to 5 as u, v, uu, uv, vv.
+    fn new(derivative: impl Fn(usize) -> Point<3>, rounding: f64) -> Self {
+        let (u, v) = (derivative(1), derivative(2));
+        let across = cross(u, v);
+        let area = across.norm();
+        let Some(normal) = across.unit().filter(|_| area > rounding) else { return Frame(None) };
+        // First and second fundamental forms, do Carmo 1976, 2-5 and 3-3.
+        let [e, f, g] = [u.dot(u), u.dot(v), v.dot(v)];
+        let [l, m, n] = [3, 4, 5].map(|k| derivative(k).dot(normal));
+        let gaussian = (l * n - m * m) / area / area;
+        let mean = (e * n - 2.0 * f * m + g * l) / (2.0 * area) / area;
+        Frame(Some((normal, mean, gaussian)))
+    }
+}
+
+fn cross(a: Point<3>, b: Point<3>) -> Point<3> {
+    Point([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+}
+
+impl SurfaceSamples {
+    fn push(&mut self, index: usize, frame: &Frame, wanted: SurfaceQuantities) {
+        if frame.0.is_none() {
+            self.degenerate.push(index);
+        }
+        let (normal, mean, gaussian) = frame.0.unwrap_or((Point::ZERO, 0.0, 0.0));
+        if wanted.normal {
+            self.normals.push(normal);
+        }
+        if wanted.mean_curvature {
+            self.mean_curvatures.push(mean);
+        }
+        if wanted.gaussian_curvature {
+            self.gaussian_curvatures.push(gaussian);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::basis::{Basis, Bezier};
+
+    /// z = x^2 - y^2 over [-1, 1]^2 as a Bezier patch, u along x and v along y.
+    fn saddle() -> Surface {
+        let z = [[0.0, 2.0, 0.0], [-2.0, 0.0, -2.0], [0.0, 2.0, 0.0]];
+        let point = |i: usize, j: usize| Point([i as f64 - 1.0, j as f64 - 1.0, z[i][j]]);
+        let net = (0..3).map(|i| (0..3).map(|j| point(i, j)).collect()).collect();
+        Surface::new(Basis::Bezier(Bezier), Basis::Bezier(Bezier), net).unwrap()
+    }
+
+    #[test]
+    fn the_saddle_has_its_curvatures() {
+        let all = SurfaceQuantities { normal: true, mean_curvature: true, gaussian_curvature: true };
+        let samples = evaluate(&saddle(), &Places::Grid(5, 7), 2, all).unwrap();
+        for (i, p) in samples.points.iter().enumerate() {
+            let (x, y) = (p[0], p[1]);
+            assert!((p[2] - (x * x - y * y)).abs() < 1e-15 * 8.0);
+            let w = 1.0 + 4.0 * x * x + 4.0 * y * y;
+            let gaussian = -4.0 / (w * w);
+            let mean = (4.0 * y * y - 4.0 * x * x) / w.powf(1.5);
+            assert!((samples.gaussian_curvatures[i] - gaussian).abs() < 1e-14, "{x} {y}");
+            assert!((samples.mean_curvatures[i] - mean).abs() < 1e-14, "{x} {y}: {} {mean}", samples.mean_curvatures[i]);
+            let normal = Point([-2.0 * x, 2.0 * y, 1.0]).unit().unwrap();
+            assert!(samples.normals[i].distance(normal) < 1e-14);
+        }
+        assert!(samples.degenerate.is_empty());
+    }
+
+    #[test]
+    fn a_collapsed_edge_has_no_normal() {
+        let net = vec![vec![Point([0.0; 3]); 2], vec![Point([1.0, 0.0, 0.0]), Point([0.0, 1.0, 0.0])]];
+        let surface = Surface::new(Basis::Bezier(Bezier), Basis::Bezier(Bezier), net).unwrap();
+        let samples = evaluate(&surface, &Places::Grid(2, 2), 0, SurfaceQuantities { normal: true, ..Default::default() }).unwrap();
+        assert_eq!(samples.degenerate, [0, 1]);
+        assert_eq!(samples.normals[0], Point::ZERO);
+    }
+}

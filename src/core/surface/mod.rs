@@ -1,0 +1,85 @@
+//! Tensor-product surfaces: one basis for each direction. Li 2014 eq. (15) is the alpha-beta case.
+
+mod evaluate;
+mod patch;
+mod subdivide;
+mod tessellate;
+
+pub use evaluate::{Places, SurfaceQuantities, SurfaceSamples, evaluate};
+pub use patch::{Direction, Patch};
+pub use subdivide::{Piece, Pieces, subdivide};
+pub use tessellate::{Mesh, tessellate};
+
+use super::basis::Basis;
+use super::curve::finite_points;
+use super::error::{At, Error, Fault, at_least, at_most};
+use super::limits;
+use super::point::Point;
+
+/// A control net with a basis for each direction. `u` runs along the columns of points (from row to row of the net), `v` along its
+/// rows; each over the native domain of its basis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    bases: [Basis; 2],
+    columns: usize,
+    /// Row after row.
+    points: Vec<Point<3>>,
+}
+
+impl Surface {
+    /// Joins two bases and a control net of `order_u + 1` rows of `order_v + 1` points.
+    ///
+    /// # Errors
+    /// At `control_net`: rows of different lengths, fewer than 2 rows or columns, too many points; at `u` or `v`: a basis that
+    /// does not suit its order.
+    pub fn new(u: Basis, v: Basis, net: Vec<Vec<Point<3>>>) -> Result<Self, Error> {
+        at_least("rows of control points", net.len(), 2).at("control_net")?;
+        let columns = net[0].len();
+        at_least("control points in a row", columns, 2).at(0).at("control_net")?;
+        at_most("control points", net.len().saturating_mul(columns), limits::CONTROL_POINTS, "Send the surface in parts")
+            .at("control_net")?;
+        for (i, row) in net.iter().enumerate() {
+            if row.len() != columns {
+                let rule = "every row of a control net has as many points as the first";
+                return Err(Fault::WrongCount { what: "control points", count: row.len(), expected: columns, rule }
+                    .at(i)
+                    .at("control_net"));
+            }
+            finite_points(row).at(i).at("control_net")?;
+        }
+        u.degree(net.len() - 1).at("u")?;
+        v.degree(columns - 1).at("v")?;
+        Ok(Surface { bases: [u, v], columns, points: net.concat() })
+    }
+
+    /// The bases of `u` and `v`.
+    pub fn bases(&self) -> &[Basis; 2] {
+        &self.bases
+    }
+
+    /// One less than rows and columns of the net.
+    pub fn orders(&self) -> [usize; 2] {
+        [self.points.len() / self.columns - 1, self.columns - 1]
+    }
+
+    /// The rows of the control net.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[Point<3>]> {
+        self.points.chunks_exact(self.columns)
+    }
+
+    /// The same surface as a Bezier patch: `Q = M_u P M_v^T`.
+    pub fn patch(&self) -> Patch {
+        let [order_u, order_v] = self.orders();
+        let by_v = self.bases[1].shape_matrix(order_v);
+        let rows: Vec<Vec<Point<3>>> = self.rows().map(|row| by_v.apply(row)).collect();
+        let by_u = self.bases[0].shape_matrix(order_u);
+        let columns: Vec<Vec<Point<3>>> = (0..=by_v.degree()).map(|j| by_u.apply(&column(&rows, j))).collect();
+        let rows = (0..=by_u.degree()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
+        let domain = [(0.0, self.bases[0].length()), (0.0, self.bases[1].length())];
+        Patch::new([by_u.degree(), by_v.degree()], domain, rows)
+    }
+}
+
+fn column(rows: &[Vec<Point<3>>], j: usize) -> Vec<Point<3>> {
+    rows.iter().map(|row| row[j]).collect()
+}

@@ -1,0 +1,88 @@
+//! Cutting a surface into patches that together are the same surface.
+
+use super::{Direction, Patch, Surface};
+use crate::core::basis::{Basis, Bezier};
+use crate::core::error::{At, Error, Fault, at_most, increasing};
+use crate::core::evaluate::within_domain;
+use crate::core::limits;
+use crate::core::point::Point;
+use crate::core::subdivide::Form;
+
+/// A piece with the rectangle of the whole surface's parameters that it covers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piece {
+    /// The ranges of `u` and `v`.
+    pub domain: [(f64, f64); 2],
+    /// The piece as a surface over the native domains of its bases.
+    pub surface: Surface,
+}
+
+/// A surface cut into pieces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pieces {
+    /// The pieces, `u` changing slowest.
+    pub pieces: Vec<Piece>,
+    /// Whether they are in their own families.
+    pub in_family: bool,
+    /// The product of the 2-norm condition numbers of the two shape matrices; 1 for Bezier pieces.
+    pub condition: f64,
+}
+
+/// Cuts along lines of constant `u` and `v`. O(pieces * degree^3).
+///
+/// # Errors
+/// At `at/u` or `at/v`: parameters outside the domain or not increasing. At `form`: bases without a way back. More points than
+/// [`limits::CONTROL_POINTS`].
+pub fn subdivide(surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Result<Pieces, Error> {
+    let whole = surface.patch();
+    for (name, values, (a, b)) in [("u", us, whole.domain()[0]), ("v", vs, whole.domain()[1])] {
+        within_domain(values, a, b).and_then(|()| increasing("split parameters", values, true)).at(name).at("at")?;
+    }
+    let [m, n] = whole.degrees();
+    let points = (us.len() + 1).saturating_mul(vs.len() + 1).saturating_mul((m + 1) * (n + 1));
+    at_most("control points in the answer", points, limits::CONTROL_POINTS, "Cut the surface in parts").at("at")?;
+    let strips = cut(&whole, Direction::U, us);
+    let patches: Vec<Patch> = strips.iter().flat_map(|strip| cut(strip, Direction::V, vs)).collect();
+    if form != Form::Bezier {
+        match in_family(surface, &patches) {
+            Ok((pieces, condition)) => return Ok(Pieces { pieces, in_family: true, condition }),
+            Err(fault) if form == Form::Family => return Err(fault.at("form")),
+            Err(_) => {}
+        }
+    }
+    let bezier = || Basis::Bezier(Bezier);
+    let piece = |patch: &Patch| {
+        let net = patch.rows().map(<[_]>::to_vec).collect();
+        Ok(Piece { domain: patch.domain(), surface: Surface::new(bezier(), bezier(), net)? })
+    };
+    Ok(Pieces { pieces: patches.iter().map(piece).collect::<Result<_, Error>>()?, in_family: false, condition: 1.0 })
+}
+
+/// The parts of a patch between cuts; a cut at an end of the domain is none.
+fn cut(patch: &Patch, direction: Direction, values: &[f64]) -> Vec<Patch> {
+    let (start, end) = patch.domain()[direction as usize];
+    let mut parts = Vec::with_capacity(values.len() + 1);
+    let mut rest = patch.clone();
+    for &t in values.iter().filter(|&&t| t > start && t < end) {
+        let (part, after) = rest.split(direction, t);
+        parts.push(part);
+        rest = after;
+    }
+    parts.push(rest);
+    parts
+}
+
+fn in_family(surface: &Surface, patches: &[Patch]) -> Result<(Vec<Piece>, f64), Fault> {
+    let [order_u, order_v] = surface.orders();
+    let [u, v] = surface.bases();
+    let (way_u, way_v) = (u.way_back(order_u)?, v.way_back(order_v)?);
+    let piece = |patch: &Patch| {
+        let rows: Vec<Vec<Point<3>>> = patch.rows().map(|row| way_v.control_points(row)).collect();
+        let columns: Vec<_> = (0..=order_v).map(|j| way_u.control_points(&super::column(&rows, j))).collect();
+        let net = (0..=order_u).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
+        let surface = Surface::new(u.clone(), v.clone(), net).map_err(|error| error.fault)?;
+        Ok(Piece { domain: patch.domain(), surface })
+    };
+    let pieces = patches.iter().map(piece).collect::<Result<_, Fault>>()?;
+    Ok((pieces, way_u.condition * way_v.condition))
+}

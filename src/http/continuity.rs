@@ -1,0 +1,134 @@
+//! `POST /v1/continuity`.
+
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::Example;
+use super::error::Problems;
+use super::json::respond;
+use super::wire::{Continuity, Curve, Dimensioned, ReportStyle, need, number};
+use crate::core::continuity as core;
+use crate::core::curve::{self, Composite};
+use crate::core::error::{At, Error, Fault, at_most};
+use crate::core::limits;
+
+crate::object! {
+    /// A curve, or curves laid end to end, to measure.
+    pub struct ContinuityRequest {
+        /// The curve; exactly one of `curve` and `curves` is given.
+        optional curve: Curve,
+        /// Curves laid end to end in this order, each over its own domain moved to where the one before ends.
+        optional curves: Vec<Curve>,
+        /// Whether the last curve of `curves` is to join the first; default false. A single `curve` says so itself.
+        optional closed: bool,
+        /// The relative tolerance, 0 < tolerance < 1: a jump of a derivative counts from this fraction of the derivative's largest
+        /// control vector on the two segments, a gap from this fraction of their extent, rounding errors aside. Default 1e-9.
+        optional tolerance: f64 = number().exclusive_minimum(Some(0.0)).exclusive_maximum(Some(1.0)),
+        /// A gap that is allowed besides, in the unit of the coordinates; default 0.
+        optional gap_tolerance: f64 = number().minimum(Some(0.0)),
+        /// Whether to list every joint (`full`, the default) or only the largest values (`summary`).
+        optional report: ReportStyle,
+    }
+}
+
+crate::object! {
+    /// How smoothly the segments join.
+    pub struct ContinuityAnswer {
+        /// First and last parameter; curves laid end to end start at 0.
+        required domain: Vec<f64>,
+        /// The report.
+        required continuity: Continuity,
+    }
+}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "cheng-figure-9",
+        "Two cubics with different beta (Cheng et al. Figure 9)",
+        include_str!("../../openapi/examples/continuity-cheng-figure-9.json"),
+    ),
+    Example::new(
+        "end-to-end",
+        "Two curves of different families laid end to end",
+        include_str!("../../openapi/examples/continuity-end-to-end.json"),
+    ),
+];
+
+/// Measure how smoothly segments join
+///
+/// Joint by joint: parametric classes C0 to C2 and geometric classes G1 and G2, told apart, with the gaps, angles and jumps behind them. Cost: linear in segments.
+#[utoipa::path(
+    post,
+    path = "/v1/continuity",
+    operation_id = "continuity",
+    tag = "Curves",
+    request_body = ContinuityRequest,
+    responses((status = 200, description = "The report.", body = ContinuityAnswer), Problems)
+)]
+pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
+    respond(headers, body, operation).await
+}
+
+/// Request to answer, without HTTP.
+///
+/// # Errors
+/// Faults of the curves, contradictions, and tolerances out of range, each at its place in the request.
+pub fn operation(request: ContinuityRequest) -> Result<ContinuityAnswer, Error> {
+    let tolerance = tolerance(request.tolerance, request.gap_tolerance)?;
+    let style = request.report.unwrap_or(ReportStyle::Full);
+    let closed = request.closed;
+    match (request.curve, request.curves) {
+        (Some(_), Some(_)) => Err(Fault::Contradiction("give `curve` or `curves`, not both".into()).at("curves")),
+        (Some(_), None) if closed.is_some() => {
+            Err(Fault::Contradiction("a curve says itself whether it is closed; `closed` goes with `curves`".into()).at("closed"))
+        }
+        (Some(curve), None) => match curve.parse().at("curve")? {
+            Dimensioned::Plane(curve) => report(&curve.composite().at("curve")?, curve.closed(), tolerance, style),
+            Dimensioned::Space(curve) => report(&curve.composite().at("curve")?, curve.closed(), tolerance, style),
+        },
+        (None, curves) => {
+            let curves = need(curves, "curve")?;
+            at_most("curves", curves.len(), limits::SEGMENTS, "Measure them in groups").at("curves")?;
+            laid_end_to_end(curves, closed.unwrap_or(false), tolerance, style)
+        }
+    }
+}
+
+fn tolerance(relative: Option<f64>, gap: Option<f64>) -> Result<core::Tolerance, Error> {
+    let default = core::Tolerance::default();
+    let tolerance = core::Tolerance { relative: relative.unwrap_or(default.relative), gap: gap.unwrap_or(default.gap) };
+    if !(tolerance.relative > 0.0 && tolerance.relative < 1.0) {
+        let allowed = "0 < tolerance < 1, relative to the derivatives compared".into();
+        return Err(Fault::OutOfRange { what: "tolerance", value: tolerance.relative, allowed }.at("tolerance"));
+    }
+    if tolerance.gap < 0.0 {
+        let allowed = "0 or more, in the unit of the coordinates".into();
+        return Err(Fault::OutOfRange { what: "gap_tolerance", value: tolerance.gap, allowed }.at("gap_tolerance"));
+    }
+    Ok(tolerance)
+}
+
+fn laid_end_to_end(curves: Vec<Curve>, closed: bool, tolerance: core::Tolerance, style: ReportStyle) -> Result<ContinuityAnswer, Error> {
+    fn all<const D: usize>(curves: &[curve::Curve<D>]) -> Result<Composite<D>, Error> {
+        let parts = curves.iter().enumerate().map(|(i, curve)| curve.composite().at(i));
+        Composite::end_to_end(&parts.collect::<Result<Vec<_>, _>>()?)
+    }
+    match Dimensioned::parse_list(curves).at("curves")? {
+        Dimensioned::Plane(curves) => report(&all(&curves).at("curves")?, closed, tolerance, style),
+        Dimensioned::Space(curves) => report(&all(&curves).at("curves")?, closed, tolerance, style),
+    }
+}
+
+fn report<const D: usize>(
+    composite: &Composite<D>,
+    closed: bool,
+    tolerance: core::Tolerance,
+    style: ReportStyle,
+) -> Result<ContinuityAnswer, Error> {
+    let (a, b) = composite.breaks().domain();
+    let report = core::continuity(composite, closed, tolerance);
+    Ok(ContinuityAnswer { domain: Some(vec![a, b]), continuity: Some(Continuity::of_core(&report, style)) })
+}

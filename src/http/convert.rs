@@ -1,0 +1,117 @@
+//! `POST /v1/convert`.
+
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::Example;
+use super::error::Problems;
+use super::json::respond;
+use super::wire::{Curve, Dimensioned, Points, Target, Vector, Whole, need};
+use crate::core::convert as core;
+use crate::core::curve;
+use crate::core::error::{At, Error};
+use crate::core::point::Point;
+
+crate::object! {
+    /// A curve to write in another basis.
+    pub struct ConvertRequest {
+        /// The curve.
+        required curve: Curve,
+        /// The basis wanted: `"bezier"`, or a basis with its shape parameters.
+        required to: Target,
+        /// The order wanted, for degree elevation; default the degree of the curve, or the order of the basis where it has one of its own.
+        optional order: Whole,
+    }
+}
+
+crate::object! {
+    /// How the Bezier points of a cubic beta-bezier segment are constructed (Cheng et al. Figure 4): Q1 = (r11 + beta r12) / (1 + beta)
+    /// and Q2 = (r21 + beta r22) / (1 + beta).
+    pub struct Construction {
+        /// On the edge from P1 to P2, nearer to P1.
+        required r11: Vector,
+        /// On the segment from P0 to P3, nearer to P0.
+        required r12: Vector,
+        /// On the edge from P1 to P2, nearer to P2.
+        required r21: Vector,
+        /// On the segment from P0 to P3, nearer to P3.
+        required r22: Vector,
+    }
+}
+crate::nested!(Construction);
+
+crate::object! {
+    /// The curve in the other basis.
+    pub struct ConvertAnswer {
+        /// The same curve. A single segment stays one, over the domain of the new basis; anything else becomes piecewise over its own domain.
+        required curve: Curve,
+        /// By how much the control points may amplify relative rounding errors: the 2-norm condition number of the new shape matrix.
+        required condition: f64,
+        /// Where the input is cubic beta-bezier throughout: the construction of the Bezier points of each segment.
+        optional construction: Vec<Construction>,
+    }
+}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "cheng-figure-4",
+        "beta = 1 to Bezier, with its construction (Cheng et al. Figure 4)",
+        include_str!("../../openapi/examples/convert-cheng-figure-4.json"),
+    ),
+    Example::new(
+        "to-alpha-beta",
+        "A Bezier cubic as an alpha-beta cubic",
+        include_str!("../../openapi/examples/convert-to-alpha-beta.json"),
+    ),
+];
+
+/// Write a curve in another basis
+///
+/// Exactly, or not at all: a basis without a way back from Bezier points is refused, and so is a lower degree. Cost: linear in segments.
+#[utoipa::path(
+    post,
+    path = "/v1/convert",
+    operation_id = "convert",
+    tag = "Curves",
+    request_body = ConvertRequest,
+    responses((status = 200, description = "The curve.", body = ConvertAnswer), Problems)
+)]
+pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
+    respond(headers, body, operation).await
+}
+
+/// Request to answer, without HTTP.
+///
+/// # Errors
+/// Whatever [`core::convert`] refuses, with its place in the request.
+pub fn operation(request: ConvertRequest) -> Result<ConvertAnswer, Error> {
+    let basis = need(request.to, "to")?.into_basis().parse().at("to")?;
+    let order = request.order.map(|whole| whole.0);
+    match need(request.curve, "curve")?.parse().at("curve")? {
+        Dimensioned::Plane(curve) => convert(&curve, basis, order),
+        Dimensioned::Space(curve) => convert(&curve, basis, order),
+    }
+}
+
+fn convert<const D: usize>(curve: &curve::Curve<D>, basis: crate::core::basis::Basis, order: Option<usize>) -> Result<ConvertAnswer, Error>
+where
+    Points: From<Vec<Point<D>>>,
+    Vector: From<Point<D>>,
+{
+    let converted = core::convert(curve, basis, order)?;
+    let construction = |c: &core::Construction<D>| Construction {
+        r11: Some(c.r11.into()),
+        r12: Some(c.r12.into()),
+        r21: Some(c.r21.into()),
+        r22: Some(c.r22.into()),
+    };
+    let constructions: Vec<_> = converted.construction.iter().map(construction).collect();
+    Ok(ConvertAnswer {
+        curve: Some(Curve::of_core(converted.curve)),
+        condition: Some(converted.condition),
+        construction: (!constructions.is_empty()).then_some(constructions),
+    })
+}
