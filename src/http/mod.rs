@@ -12,6 +12,9 @@ pub mod join;
 pub mod json;
 pub mod reshape;
 pub mod subdivide;
+pub mod surface_evaluate;
+pub mod surface_subdivide;
+pub mod surface_tessellate;
 pub mod to_bspline;
 pub mod wire;
 
@@ -64,6 +67,9 @@ pub const OPERATIONS: &[(&str, &[Example])] = &[
     ("/v1/convert", convert::EXAMPLES),
     ("/v1/continuity", continuity::EXAMPLES),
     ("/v1/basis", basis::EXAMPLES),
+    ("/v1/surfaces/evaluate", surface_evaluate::EXAMPLES),
+    ("/v1/surfaces/subdivide", surface_subdivide::EXAMPLES),
+    ("/v1/surfaces/tessellate", surface_tessellate::EXAMPLES),
 ];
 
 #[derive(OpenApi)]
@@ -79,6 +85,7 @@ pub const OPERATIONS: &[(&str, &[Example])] = &[
     tags(
         (name = "Curves", description = "From a curve."),
         (name = "Points", description = "From points."),
+        (name = "Surfaces", description = "From a tensor-product surface."),
         (name = "Service", description = "About the service itself.")
     )
 )]
@@ -97,6 +104,9 @@ fn routes() -> OpenApiRouter {
         .routes(routes!(convert::post))
         .routes(routes!(continuity::post))
         .routes(routes!(basis::post))
+        .routes(routes!(surface_evaluate::post))
+        .routes(routes!(surface_subdivide::post))
+        .routes(routes!(surface_tessellate::post))
         .routes(routes!(health::live))
         .routes(routes!(health::ready))
 }

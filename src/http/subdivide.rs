@@ -125,12 +125,7 @@ where
     Points: From<Vec<Point<D>>>,
 {
     let tolerance = at.tolerance;
-    let form = match form {
-        Form::Auto => core::Form::Auto,
-        Form::Family => core::Form::Family,
-        Form::Bezier => core::Form::Bezier,
-    };
-    let pieces = core::subdivide(curve, &at.parse().at("at")?, form)?;
+    let pieces = core::subdivide(curve, &at.parse().at("at")?, form.into())?;
     Ok(SubdivideAnswer {
         curve: Some(Curve::of_core(curve::Curve::Piecewise(pieces.curve))),
         split_parameters: Some(pieces.split_parameters),
@@ -139,6 +134,16 @@ where
         condition: Some(pieces.condition),
         tolerance,
     })
+}
+
+impl From<Form> for core::Form {
+    fn from(form: Form) -> Self {
+        match form {
+            Form::Auto => core::Form::Auto,
+            Form::Family => core::Form::Family,
+            Form::Bezier => core::Form::Bezier,
+        }
+    }
 }
 
 impl Cuts {

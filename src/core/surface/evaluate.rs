@@ -3,7 +3,6 @@
 use super::{Direction, Patch, Surface};
 use crate::core::continuity::derivative_size;
 use crate::core::error::{At, Error, Fault, at_least, at_most};
-use crate::core::evaluate::within_domain;
 use crate::core::limits;
 use crate::core::point::Point;
 
@@ -82,9 +81,9 @@ pub fn evaluate(surface: &Surface, places: &Places, orders: usize, wanted: Surfa
     let mut lists: Vec<Vec<Point<3>>> = jets.iter().map(|jet| pairs.iter().map(|pair| at(jet, pair)).collect()).collect();
     let mut samples = SurfaceSamples::default();
     if wanted != SurfaceQuantities::default() {
-        let rounding = rounding(&patch);
+        let sizes = sizes(&patch);
         for i in 0..pairs.len() {
-            samples.push(i, &Frame::new(|k| lists.get(k).map_or(Point::ZERO, |list| list[i]), rounding), wanted);
+            samples.push(i, &Frame::new(|k| lists.get(k).map_or(Point::ZERO, |list| list[i]), sizes), wanted);
         }
     }
     samples.parameters = pairs;
@@ -95,12 +94,13 @@ pub fn evaluate(surface: &Surface, places: &Places, orders: usize, wanted: Surfa
     Ok(samples)
 }
 
-/// What rounding alone may make of the length of `S_u x S_v`.
-fn rounding(patch: &Patch) -> f64 {
-    let [(a, b), (c, d)] = patch.domain();
-    let [m, n] = patch.degrees();
+/// How large `S_u` and `S_v` can be for points of this size: rounding errors are measured in it.
+fn sizes(patch: &Patch) -> [f64; 2] {
     let size = patch.magnitude();
-    8.0 * f64::EPSILON * derivative_size(size, m, 1, b - a) * derivative_size(size, n, 1, d - c)
+    [0, 1].map(|axis| {
+        let (a, b) = patch.domain()[axis];
+        derivative_size(size, patch.degrees()[axis], 1, b - a)
+    })
 }
 
 fn pairs(patch: &Patch, places: &Places) -> Result<Vec<[f64; 2]>, Error> {
@@ -117,8 +117,9 @@ fn pairs(patch: &Patch, places: &Places) -> Result<Vec<[f64; 2]>, Error> {
             at_least("parameters", pairs.len(), 1).at("values")?;
             at_most("samples", pairs.len(), limits::SAMPLES, "Sample the surface in parts").at("values")?;
             for (i, pair) in pairs.iter().enumerate() {
-                for (axis, &(a, b)) in domain.iter().enumerate() {
-                    within_domain(&pair[axis..=axis], a, b).map_err(|error| error.fault.at(axis)).at(i).at("values")?;
+                for direction in [Direction::U, Direction::V] {
+                    let axis = direction as usize;
+                    super::within(direction, pair[axis], domain[axis]).at(axis).at(i).at("values")?;
                 }
             }
             Ok(pairs.clone())
@@ -136,17 +137,24 @@ pub(super) fn spread((a, b): (f64, f64), count: usize) -> Vec<f64> {
 struct Frame(Option<(Point<3>, f64, f64)>);
 
 impl Frame {
-    /// From the partial derivatives, numbered 1 to 5 as u, v, uu, uv, vv.
-    fn new(derivative: impl Fn(usize) -> Point<3>, rounding: f64) -> Self {
-        let (u, v) = (derivative(1), derivative(2));
+    /// From the partial derivatives, numbered 1 to 5 as u, v, uu, uv, vv; the first two are compared with their sizes. Lengths are
+    /// divided out first, so that neither large nor small surfaces leave the range of doubles.
+    fn new(derivative: impl Fn(usize) -> Point<3>, sizes: [f64; 2]) -> Self {
+        let [long_u, long_v] = [1, 2].map(|k| derivative(k).norm());
+        let (Some(u), Some(v)) = (derivative(1).unit(), derivative(2).unit()) else { return Frame(None) };
         let across = cross(u, v);
-        let area = across.norm();
-        let Some(normal) = across.unit().filter(|_| area > rounding) else { return Frame(None) };
-        // First and second fundamental forms, do Carmo 1976, 2-5 and 3-3.
-        let [e, f, g] = [u.dot(u), u.dot(v), v.dot(v)];
-        let [l, m, n] = [3, 4, 5].map(|k| derivative(k).dot(normal));
-        let gaussian = (l * n - m * m) / area / area;
-        let mean = (e * n - 2.0 * f * m + g * l) / (2.0 * area) / area;
+        let sine = across.norm();
+        if sine * (long_u / sizes[0]) * (long_v / sizes[1]) <= 8.0 * f64::EPSILON {
+            return Frame(None);
+        }
+        let Some(normal) = across.unit() else { return Frame(None) };
+        // First and second fundamental forms for unit tangents (E = G = 1), do Carmo 1976, 2-5 and 3-3.
+        let f = u.dot(v);
+        let l = derivative(3).dot(normal) / long_u / long_u;
+        let m = derivative(4).dot(normal) / long_u / long_v;
+        let n = derivative(5).dot(normal) / long_v / long_v;
+        let gaussian = (l * n - m * m) / (sine * sine);
+        let mean = (l - 2.0 * f * m + n) / (2.0 * sine * sine);
         Frame(Some((normal, mean, gaussian)))
     }
 }

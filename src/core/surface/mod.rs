@@ -62,6 +62,11 @@ impl Surface {
         [self.points.len() / self.columns - 1, self.columns - 1]
     }
 
+    /// The ranges of `u` and `v`.
+    pub fn domain(&self) -> [(f64, f64); 2] {
+        [(0.0, self.bases[0].length()), (0.0, self.bases[1].length())]
+    }
+
     /// The rows of the control net.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[Point<3>]> {
         self.points.chunks_exact(self.columns)
@@ -75,9 +80,17 @@ impl Surface {
         let by_u = self.bases[0].shape_matrix(order_u);
         let columns: Vec<Vec<Point<3>>> = (0..=by_v.degree()).map(|j| by_u.apply(&column(&rows, j))).collect();
         let rows = (0..=by_u.degree()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
-        let domain = [(0.0, self.bases[0].length()), (0.0, self.bases[1].length())];
-        Patch::new([by_u.degree(), by_v.degree()], domain, rows)
+        Patch::new([by_u.degree(), by_v.degree()], self.domain(), rows)
     }
+}
+
+/// Refuses a parameter outside the surface's range of it.
+fn within(direction: Direction, value: f64, (a, b): (f64, f64)) -> Result<(), Fault> {
+    if (a..=b).contains(&value) {
+        return Ok(());
+    }
+    let (what, name) = if direction == Direction::U { ("the parameter u", "u") } else { ("the parameter v", "v") };
+    Err(Fault::OutOfRange { what, value, allowed: format!("the surface's domain, {a:?} <= {name} <= {b:?}") })
 }
 
 fn column(rows: &[Vec<Point<3>>], j: usize) -> Vec<Point<3>> {

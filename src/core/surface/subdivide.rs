@@ -3,7 +3,6 @@
 use super::{Direction, Patch, Surface};
 use crate::core::basis::{Basis, Bezier};
 use crate::core::error::{At, Error, Fault, at_most, increasing};
-use crate::core::evaluate::within_domain;
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::subdivide::Form;
@@ -35,8 +34,10 @@ pub struct Pieces {
 /// [`limits::CONTROL_POINTS`].
 pub fn subdivide(surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Result<Pieces, Error> {
     let whole = surface.patch();
-    for (name, values, (a, b)) in [("u", us, whole.domain()[0]), ("v", vs, whole.domain()[1])] {
-        within_domain(values, a, b).and_then(|()| increasing("split parameters", values, true)).at(name).at("at")?;
+    for (name, direction, values) in [("u", Direction::U, us), ("v", Direction::V, vs)] {
+        let range = whole.domain()[direction as usize];
+        values.iter().enumerate().try_for_each(|(i, &t)| super::within(direction, t, range).at(i)).at(name).at("at")?;
+        increasing("split parameters", values, true).at(name).at("at")?;
     }
     let [m, n] = whole.degrees();
     let points = (us.len() + 1).saturating_mul(vs.len() + 1).saturating_mul((m + 1) * (n + 1));
@@ -53,9 +54,11 @@ pub fn subdivide(surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Resul
     let bezier = || Basis::Bezier(Bezier);
     let piece = |patch: &Patch| {
         let net = patch.rows().map(<[_]>::to_vec).collect();
-        Ok(Piece { domain: patch.domain(), surface: Surface::new(bezier(), bezier(), net)? })
+        // A fault has no place in the request: the net is not the one given.
+        let surface = Surface::new(bezier(), bezier(), net).map_err(|error| error.fault)?;
+        Ok(Piece { domain: patch.domain(), surface })
     };
-    Ok(Pieces { pieces: patches.iter().map(piece).collect::<Result<_, Error>>()?, in_family: false, condition: 1.0 })
+    Ok(Pieces { pieces: patches.iter().map(piece).collect::<Result<_, Fault>>()?, in_family: false, condition: 1.0 })
 }
 
 /// The parts of a patch between cuts; a cut at an end of the domain is none.
@@ -76,6 +79,10 @@ fn in_family(surface: &Surface, patches: &[Patch]) -> Result<(Vec<Piece>, f64), 
     let [order_u, order_v] = surface.orders();
     let [u, v] = surface.bases();
     let (way_u, way_v) = (u.way_back(order_u)?, v.way_back(order_v)?);
+    let condition = way_u.condition * way_v.condition;
+    if condition > limits::CONDITION {
+        return Err(Fault::IllConditioned { condition });
+    }
     let piece = |patch: &Patch| {
         let rows: Vec<Vec<Point<3>>> = patch.rows().map(|row| way_v.control_points(row)).collect();
         let columns: Vec<_> = (0..=order_v).map(|j| way_u.control_points(&super::column(&rows, j))).collect();
@@ -84,5 +91,5 @@ fn in_family(surface: &Surface, patches: &[Patch]) -> Result<(Vec<Piece>, f64), 
         Ok(Piece { domain: patch.domain(), surface })
     };
     let pieces = patches.iter().map(piece).collect::<Result<_, Fault>>()?;
-    Ok((pieces, way_u.condition * way_v.condition))
+    Ok((pieces, condition))
 }

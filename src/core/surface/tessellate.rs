@@ -2,7 +2,7 @@
 
 use super::evaluate::spread;
 use super::{Direction, Patch, Surface};
-use crate::core::error::{At, Error, at_most};
+use crate::core::error::{At, Error, Fault};
 use crate::core::evaluate::check_tolerance;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -47,34 +47,38 @@ impl Bends {
         (h * h * self.uu + 2.0 * h * k * self.uv + k * k * self.vv) / 8.0
     }
 
-    /// About the fewest cells that hold the tolerance: as many along `u` and `v` as their bends ask for, where they share it.
-    fn cells(&self, tolerance: f64, most: usize) -> [usize; 2] {
-        let root = |x: f64| x.sqrt();
-        let (along_u, along_v) = (root(self.uu), root(self.vv));
-        // A ruled direction bends only by its twist, which is shared evenly.
-        let floor = root(self.uv) * 0.5 + 1e-300;
-        let (mut x, mut y) = (along_u.max(floor * 0.1), along_v.max(floor * 0.1));
-        let at_one = self.uu / (x * x) + 2.0 * self.uv / (x * y) + self.vv / (y * y);
-        let scale = root(at_one / (8.0 * tolerance));
-        (x, y) = (x * scale, y * scale);
-        let count = |x: f64| (x.ceil().max(1.0).min(most as f64 + 1.0)) as usize;
-        let [mut m, mut n] = [count(x), count(y)];
-        // Where rounding up one side left room, the other may need less.
-        while m > 1 && self.bound(m - 1, n) <= tolerance {
-            m -= 1;
+    /// The fewest cells along `v` that hold the tolerance with `m` along `u`: the bound is quadratic in their size. Infinite where
+    /// none do.
+    fn across(&self, m: usize, tolerance: f64) -> f64 {
+        let h = 1.0 / m as f64;
+        let left = 8.0 * tolerance - h * h * self.uu;
+        let twist = h * self.uv;
+        // The positive root without cancellation; no bend at all gives one cell.
+        let size = left / (twist + (twist * twist + self.vv * left).sqrt());
+        if left > 0.0 { (1.0 / size).ceil().max(1.0) } else { f64::INFINITY }
+    }
+
+    /// The cells with the fewest vertices that hold the tolerance, if there are any with at most so many vertices.
+    fn cells(&self, tolerance: f64, most: usize) -> Option<[usize; 2]> {
+        let mut best: Option<[usize; 2]> = None;
+        let mut fewest = most + 1;
+        let mut m = 1;
+        // Each row has two vertices at least.
+        while 2 * (m + 1) < fewest {
+            let n = self.across(m, tolerance).min(most as f64) as usize;
+            // Rounding may have made it one too few.
+            let n = if self.bound(m, n) > tolerance { n + 1 } else { n };
+            if (m + 1) * (n + 1) < fewest && self.bound(m, n) <= tolerance {
+                (best, fewest) = (Some([m, n]), (m + 1) * (n + 1));
+            }
+            m += 1;
         }
-        while n > 1 && self.bound(m, n - 1) <= tolerance {
-            n -= 1;
-        }
-        while self.bound(m, n) > tolerance && m * n <= most {
-            if self.bound(m + 1, n) <= self.bound(m, n + 1) { m += 1 } else { n += 1 }
-        }
-        [m, n]
+        best
     }
 }
 
 /// A mesh that stays within a tolerance of the surface, by a bound. Its vertices lie on the surface, and along each edge of the
-/// parameter rectangle on the curve there: where two edges of the surface coincide, so do their vertices. O(vertices * degree^2).
+/// parameter rectangle on the curve there: where opposite edges of the surface coincide, so do their vertices. O(vertices * degree^2).
 ///
 /// # Errors
 /// At `tolerance`: not positive, below rounding, or so small that the mesh exceeds [`limits::SAMPLES`] vertices.
@@ -82,15 +86,16 @@ pub fn tessellate(surface: &Surface, tolerance: f64) -> Result<Mesh, Error> {
     let patch = surface.patch();
     check_tolerance(tolerance, patch.magnitude()).at("tolerance")?;
     let bends = Bends::of(&patch);
-    let cells = bends.cells(tolerance, limits::SAMPLES);
-    let [m, n] = cells;
-    let vertices = (m + 1).saturating_mul(n + 1);
-    at_most("vertices or more are needed", vertices, limits::SAMPLES, "Raise the tolerance, or cut the surface first").at("tolerance")?;
+    let Some([m, n]) = bends.cells(tolerance, limits::SAMPLES) else {
+        let advice = "Raise the tolerance, or cut the surface first";
+        let (what, count, most) = ("vertices or more are needed", limits::SAMPLES + 1, limits::SAMPLES);
+        return Err(Fault::TooLarge { what, count, most, advice }.at("tolerance"));
+    };
     let (us, vs) = (spread(patch.domain()[0], m + 1), spread(patch.domain()[1], n + 1));
     let in_u: Vec<_> = us.iter().map(|&u| patch.weights(Direction::U, u)).collect();
     let in_v: Vec<_> = vs.iter().map(|&v| patch.weights(Direction::V, v)).collect();
     Ok(Mesh {
-        cells,
+        cells: [m, n],
         parameters: us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v])).collect(),
         points: in_u.iter().flat_map(|u| in_v.iter().map(|v| patch.combine(u, v))).collect(),
         triangles: (0..m).flat_map(|i| (0..n).flat_map(move |j| cell(i * (n + 1) + j, n + 1))).collect(),

@@ -114,6 +114,35 @@ impl Field for Whole {
     }
 }
 
+/// Exactly `N` values of one kind, as an array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tuple<T, const N: usize>(pub [T; N]);
+
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Tuple<T, N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        // A list first: a reader of N values would take one too many for broken JSON.
+        let values = Vec::deserialize(deserializer)?;
+        let wrong = |values: Vec<T>| serde::de::Error::invalid_length(values.len(), &format!("{N} values").as_str());
+        values.try_into().map(Tuple).map_err(wrong)
+    }
+}
+
+impl<T: Serialize, const N: usize> Serialize for Tuple<T, N> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.as_slice().serialize(serializer)
+    }
+}
+
+impl<T: Field, const N: usize> Field for Tuple<T, N> {
+    fn schema() -> RefOr<Schema> {
+        list::<T>(N, N).into()
+    }
+
+    fn collect(components: &mut Components) {
+        T::collect(components);
+    }
+}
+
 /// Declares an enum of names: `names! { pub enum Form { Auto = "auto", .. } }`.
 #[macro_export]
 #[doc(hidden)]

@@ -11,11 +11,13 @@ mod object;
 mod points;
 mod report;
 mod rules;
+mod surface;
 
 pub use basis::{Basis, Shape, Target, bases};
 pub use curve::{Curve, Dimensioned};
-pub use field::{Field, Whole, list, need, number, whole};
+pub use field::{Field, Tuple, Whole, list, need, number, whole};
 pub use object::{Part, Variant, missing, refuse, schema_of, set, union_schema};
-pub use points::{Points, Vector};
+pub use points::{Points, Vector, space_list};
 pub use report::{Continuity, ReportStyle};
 pub use rules::{EndCondition, Parameterization};
+pub use surface::{Surface, SurfaceDomain};

@@ -215,6 +215,11 @@ fn collect_dimensions(components: &mut Components) {
     components.push(("Point3".into(), coordinates(3, "x, y and z, in the unit of the client's choice.")));
 }
 
+/// The schema of a list of 3D points, or vectors; goes with [`Points`], which names the schema of a point.
+pub fn space_list() -> ArrayBuilder {
+    ArrayBuilder::new().items(Ref::from_schema_name("Point3"))
+}
+
 impl Field for Points {
     fn schema() -> RefOr<Schema> {
         Ref::from_schema_name("Points").into()

@@ -1,0 +1,109 @@
+//! `POST /v1/surfaces/subdivide`.
+
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::Example;
+use super::error::Problems;
+use super::json::respond;
+use super::subdivide::Form;
+use super::wire::{Surface, SurfaceDomain, need};
+use crate::core::error::{At, Error};
+use crate::core::surface as core;
+
+crate::object! {
+    /// Where to cut a surface: along lines of constant u and of constant v.
+    pub struct SurfaceCuts {
+        /// Parameters u inside the domain, strictly increasing; default none. An end of the domain is no cut.
+        optional u: Vec<f64>,
+        /// Parameters v inside the domain, strictly increasing; default none. An end of the domain is no cut.
+        optional v: Vec<f64>,
+    }
+}
+crate::nested!(SurfaceCuts);
+
+crate::object! {
+    /// A surface and where to cut it.
+    pub struct SurfaceSubdivideRequest {
+        /// The surface.
+        required surface: Surface,
+        /// Where to cut.
+        required at: SurfaceCuts,
+        /// In which bases the pieces are wanted: `auto` (the default) takes the surface's own where that keeps 8 digits and bezier
+        /// otherwise; `family` insists and answers 422 where they do not exist.
+        optional form: Form,
+    }
+}
+
+crate::object! {
+    /// A piece of a surface.
+    pub struct SurfacePiece {
+        /// The part of the whole surface's domain that the piece covers.
+        required domain: SurfaceDomain,
+        /// The piece, over the domain of its own bases: its parameters run in proportion to those of the whole.
+        required surface: Surface,
+    }
+}
+crate::nested!(SurfacePiece);
+
+crate::object! {
+    /// The pieces.
+    pub struct SurfaceSubdivideAnswer {
+        /// The pieces, u changing slowest; together they are the surface.
+        required pieces: Vec<SurfacePiece>,
+        /// The form of the pieces: `family` or `bezier`.
+        required form: Form,
+        /// By how much the control points may amplify relative rounding errors, 1 or more: the product of the 2-norm condition numbers
+        /// of the two shape matrices; 1 for bezier pieces.
+        required condition: f64,
+    }
+}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "li-figure-7",
+        "alpha = 0.8, beta = 3 in both directions, in quarters (Li 2014 Figure 7)",
+        include_str!("../../openapi/examples/surfaces-subdivide-li-figure-7.json"),
+    ),
+    Example::new(
+        "mixed-families",
+        "quasi-bezier along u, beta-bezier along v, as Bezier patches",
+        include_str!("../../openapi/examples/surfaces-subdivide-mixed-families.json"),
+    ),
+];
+
+/// Cut a surface into pieces
+///
+/// Along lines of constant u and v, in the bases of the surface or as Bezier patches. Cost: linear in pieces times the cube of the
+/// degree.
+#[utoipa::path(
+    post,
+    path = "/v1/surfaces/subdivide",
+    operation_id = "subdivide_surface",
+    tag = "Surfaces",
+    request_body = SurfaceSubdivideRequest,
+    responses((status = 200, description = "The pieces.", body = SurfaceSubdivideAnswer), Problems)
+)]
+pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
+    respond(headers, body, operation).await
+}
+
+/// Request to answer, without HTTP.
+///
+/// # Errors
+/// Whatever [`core::subdivide`] refuses, with its place in the request.
+pub fn operation(request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAnswer, Error> {
+    let surface = need(request.surface, "surface")?.parse().at("surface")?;
+    let at = need(request.at, "at")?;
+    let form = request.form.unwrap_or(Form::Auto).into();
+    let pieces = core::subdivide(&surface, &at.u.unwrap_or_default(), &at.v.unwrap_or_default(), form)?;
+    let piece = |piece: &core::Piece| SurfacePiece { domain: Some(piece.domain.into()), surface: Some((&piece.surface).into()) };
+    Ok(SurfaceSubdivideAnswer {
+        pieces: Some(pieces.pieces.iter().map(piece).collect()),
+        form: Some(if pieces.in_family { Form::Family } else { Form::Bezier }),
+        condition: Some(pieces.condition),
+    })
+}

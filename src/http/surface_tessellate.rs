@@ -1,0 +1,91 @@
+//! `POST /v1/surfaces/tessellate`.
+
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::Example;
+use super::error::Problems;
+use super::json::respond;
+use super::wire::{Points, Surface, Tuple, Whole, need, number, space_list};
+use crate::core::error::{At, Error};
+use crate::core::surface as core;
+
+crate::object! {
+    /// A surface to turn into triangles.
+    pub struct SurfaceTessellateRequest {
+        /// The surface.
+        required surface: Surface,
+        /// The largest distance between the triangles and the surface at equal parameters, in the unit of the coordinates; proved by a
+        /// bound, not sampled. More than 0.
+        required tolerance: f64 = number().exclusive_minimum(Some(0.0)),
+    }
+}
+
+crate::object! {
+    /// A mesh of triangles that share their vertices, over a grid of cells of two triangles each.
+    pub struct SurfaceTessellateAnswer {
+        /// How many cells lie along u and along v; (cells along u + 1) times (cells along v + 1) vertices, at most 200,000.
+        required cells: Tuple<Whole, 2>,
+        /// The parameters [u, v] of the vertices, u changing slowest.
+        required parameters: Vec<Tuple<f64, 2>>,
+        /// The vertices, 3D, on the surface.
+        required points: Points = space_list(),
+        /// Positions of three vertices each, from 0, counter-clockwise seen from the side of the normal du x dv.
+        required triangles: Vec<Tuple<Whole, 3>>,
+        /// A bound on the distance between triangles and surface at equal parameters, in the unit of the coordinates: 0 or more, at
+        /// most the tolerance.
+        required bound: f64 = number().minimum(Some(0.0)),
+        /// The tolerance used.
+        required tolerance: f64,
+    }
+}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "li-figure-7",
+        "alpha = 0.5, beta = 1 in both directions (Li 2014 Figure 7)",
+        include_str!("../../openapi/examples/surfaces-tessellate-li-figure-7.json"),
+    ),
+    Example::new(
+        "mixed-families",
+        "alpha-beta-bezier along u, bezier along v",
+        include_str!("../../openapi/examples/surfaces-tessellate-mixed-families.json"),
+    ),
+];
+
+/// Turn a surface into triangles
+///
+/// As few cells of a regular grid as prove the tolerance (Filip, Magedson and Markot 1986). Cost: linear in vertices times the
+/// product of the degrees.
+#[utoipa::path(
+    post,
+    path = "/v1/surfaces/tessellate",
+    operation_id = "tessellate_surface",
+    tag = "Surfaces",
+    request_body = SurfaceTessellateRequest,
+    responses((status = 200, description = "The mesh.", body = SurfaceTessellateAnswer), Problems)
+)]
+pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
+    respond(headers, body, operation).await
+}
+
+/// Request to answer, without HTTP.
+///
+/// # Errors
+/// Whatever [`core::tessellate`] refuses, with its place in the request.
+pub fn operation(request: SurfaceTessellateRequest) -> Result<SurfaceTessellateAnswer, Error> {
+    let surface = need(request.surface, "surface")?.parse().at("surface")?;
+    let tolerance = need(request.tolerance, "tolerance")?;
+    let mesh = core::tessellate(&surface, tolerance)?;
+    Ok(SurfaceTessellateAnswer {
+        cells: Some(Tuple(mesh.cells.map(Whole))),
+        parameters: Some(mesh.parameters.into_iter().map(Tuple).collect()),
+        points: Some(mesh.points.into()),
+        triangles: Some(mesh.triangles.into_iter().map(|corners| Tuple(corners.map(Whole))).collect()),
+        bound: Some(mesh.bound),
+        tolerance: Some(tolerance),
+    })
+}
