@@ -16,9 +16,9 @@ use crate::core::surface as core;
 crate::union! {
     /// Where to sample a surface.
     pub struct SurfaceSampling by kind: SurfaceSamplingKind {
-        /// How many values of u, equally spaced from end to end; 2 to 100,000, and u times v at most 200,000.
+        /// How many values of u, equally spaced from end to end; at least 2, and u times v at most 200,000.
         u: Whole = whole(2, limits::SAMPLES / 2),
-        /// How many values of v, equally spaced from end to end; 2 to 100,000, and u times v at most 200,000.
+        /// How many values of v, equally spaced from end to end; at least 2, and u times v at most 200,000.
         v: Whole = whole(2, limits::SAMPLES / 2),
         /// Pairs [u, v] inside the domain, in any order; 1 to 200,000.
         values: Vec<Tuple<f64, 2>> = list::<Tuple<f64, 2>>(1, limits::SAMPLES),
