@@ -87,25 +87,34 @@ struct Chain<const D: usize> {
     smoothness: Smoothness,
 }
 
-/// Joins curves of one order, laid end to end over their own domains, by the least sum of squared moves. For C classes the conditions
-/// are linear, and the answer is the minimum. For G classes the ratio of speeds is free too; the conditions are then met by a sequence of
-/// linear ones, each from where the last one led, and the answer is a local minimum. O(curves) a step.
+/// By what factor the ratio of the speeds at a joint may differ from the one it had. Where tangents oppose each other the least change
+/// would be to stop at the joint, which has no tangent at all: this bound keeps the curve going.
+const SPEED_RATIO: f64 = 8.0;
+
+/// How derivatives after a joint follow from those before it: `C' = r c'` and `C'' = r^2 c'' + s c'`.
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    r: f64,
+    s: f64,
+}
+
+/// Joins curves of one order, laid end to end over their own domains, by the least sum of squared moves. O(curves) a step.
+///
+/// For C classes the conditions are linear, and the answer is the minimum. For G classes they are linear once the ratio of speeds at
+/// each joint (and for G2 one more number) is chosen. Those start as near to what the curves have as the class allows, and are then
+/// improved as long as that lessens the sum of squares: so the class is reached wherever the linear conditions of the start can be met,
+/// and the answer is a local minimum with ratios of speeds within a factor of 8 of what they were, or the best after 50 steps.
 ///
 /// # Errors
-/// At `curves`: fewer than 2 or more than [`CURVES`], different orders, a basis that does not start and end at its control points.
-/// At `smoothness`: a class that the points allowed to move cannot reach, with the joint.
+/// At `curves`: fewer than 2 or more than [`CURVES`], different orders, a basis that does not start and end at its control points,
+/// coordinates too large to compute with. At `smoothness`: a class that the points allowed to move cannot reach, with the joint.
 pub fn join<const D: usize>(curves: Vec<Single<D>>, smoothness: Smoothness, movable: Movable) -> Result<Joined<D>, Error> {
     check(&curves).at("curves")?;
     let mut chain = Chain::new(curves, smoothness, movable);
-    // Linear conditions need one step; the rest are for directions that turn, and for rounding.
-    let steps = if smoothness.geometric() { 50 } else { 2 };
-    let mut last = f64::INFINITY;
-    for _ in 0..steps {
-        let step = chain.step()?;
-        if step <= 4.0 * f64::EPSILON * magnitude(&chain.points) || (step >= last && step <= 1e-13 * magnitude(&chain.points)) {
-            break;
-        }
-        last = step;
+    if smoothness.geometric() {
+        chain.descend()?;
+    } else {
+        chain.points = chain.solve(|left| chain.linked(left, Link { r: 1.0, s: 0.0 }));
     }
     chain.finish()
 }
@@ -168,31 +177,105 @@ impl<const D: usize> Chain<D> {
         }
     }
 
-    /// The conditions of one joint, linear in the moves from the original points.
-    fn conditions(&self, left: usize) -> Result<Vec<Condition>, Error> {
+    /// The conditions of one joint for a given link, linear in the moves from the original points.
+    fn linked(&self, left: usize, link: Link) -> Vec<Condition> {
         let right = left + 1;
-        let axes = (0..D).map(unit_vector::<D>);
         let mut conditions = Vec::new();
-        let parametric = if self.smoothness.geometric() { 0 } else { self.smoothness.order() };
-        for k in 0..=parametric {
+        for k in 0..=self.smoothness.order() {
             let (before, after) = (self.row(left, k, Side::End), self.row(right, k, Side::Start));
-            for axis in axes.clone() {
+            let slower = self.row(left, 1, Side::End);
+            for axis in (0..D).map(unit_vector::<D>) {
                 let mut condition = Condition::default();
                 self.add(&mut condition, right, &after, axis);
-                self.add(&mut condition, left, &before, axis * -1.0);
+                self.add(&mut condition, left, &before, axis * -link.r.powi(k as i32));
+                if k == 2 && link.s != 0.0 {
+                    self.add(&mut condition, left, &slower, axis * -link.s);
+                }
                 conditions.push(condition);
             }
         }
-        if self.smoothness.geometric() {
-            self.geometric(left, &mut conditions)?;
+        conditions
+    }
+
+    /// The link that a joint has, as far as it has one; `None` where the speed before it vanishes.
+    fn link(&self, left: usize, r: impl Fn(f64, f64) -> f64) -> Option<Link> {
+        let derivative = |k| {
+            let (before, after) = (self.row(left, k, Side::End), self.row(left + 1, k, Side::Start));
+            (self.value(left, &before), self.value(left + 1, &after))
+        };
+        let (v, w) = derivative(1);
+        let (tangent, speed) = (v.unit()?, v.norm());
+        let r = r(w.norm() / speed, w.dot(tangent) / speed);
+        if self.smoothness != Smoothness::G2 {
+            return Some(Link { r, s: 0.0 });
         }
-        Ok(conditions)
+        let (a, b) = derivative(2);
+        Some(Link { r, s: tangent.dot(b - a * (r * r)) / speed })
+    }
+
+    /// Improves the links from those of the original points, as long as that lessens the sum of squared moves. Every trial meets the
+    /// class for its links; the direction is that of the linearised problem, which leads down to first order.
+    fn descend(&mut self) -> Result<(), Error> {
+        const STEPS: usize = 50;
+        const SHORTEST: f64 = 1e-3;
+        let joints = self.bases.len() - 1;
+        let usable = |r: f64| if r > 0.0 && r.is_finite() { r } else { 1.0 };
+        let start = |left| self.link(left, |ratio, _| usable(ratio)).unwrap_or(Link { r: 1.0, s: 0.0 });
+        let start: Vec<Link> = (0..joints).map(start).collect();
+        let mut links = start.clone();
+        self.points = self.solve(|left| self.linked(left, links[left]));
+        for _ in 0..STEPS {
+            let linear = (0..joints).map(|left| self.linearised(left)).collect::<Result<Vec<_>, _>>()?;
+            let (best, cost) = (self.points.clone(), self.cost(&self.points));
+            self.points = self.solve(|left| linear[left].clone());
+            let wanted: Vec<Link> = (0..joints)
+                .map(|left| {
+                    let usual = start[left].r;
+                    let near = |_, along: f64| along.clamp(usual / SPEED_RATIO, usual * SPEED_RATIO);
+                    self.link(left, near).unwrap_or(links[left])
+                })
+                .collect();
+            let mut fraction = 1.0;
+            let better = loop {
+                let between = |(a, b): (&Link, &Link)| Link { r: a.r + fraction * (b.r - a.r), s: a.s + fraction * (b.s - a.s) };
+                let trial: Vec<Link> = links.iter().zip(&wanted).map(between).collect();
+                let points = self.solve(|left| self.linked(left, trial[left]));
+                // A trial whose numbers overflow compares as no better.
+                if self.cost(&points) < cost * (1.0 - 1e-12) {
+                    break Some((points, trial));
+                }
+                fraction *= 0.25;
+                if fraction < SHORTEST {
+                    break None;
+                }
+            };
+            let Some((points, trial)) = better else {
+                self.points = best;
+                return Ok(());
+            };
+            (self.points, links) = (points, trial);
+        }
+        Ok(())
+    }
+
+    /// The sum of squared moves.
+    fn cost(&self, points: &[Point<D>]) -> f64 {
+        points.iter().zip(&self.original).map(|(p, q)| p.distance(*q).powi(2)).sum()
+    }
+
+    /// The points after the least moves from the original ones that meet the conditions of every joint.
+    fn solve(&self, conditions: impl Fn(usize) -> Vec<Condition>) -> Vec<Point<D>> {
+        let joints: Vec<Condition> = (0..self.bases.len() - 1).flat_map(conditions).collect();
+        let change = least_change(self.points.len() * D, joints, 0);
+        let moved = |(i, p): (usize, &Point<D>)| *p + Point(std::array::from_fn(|axis| change.values[i * D + axis]));
+        self.original.iter().enumerate().map(moved).collect()
     }
 
     /// The components across the tangent `t` of: C'(right) = r C'(left), and C''(right) = r^2 C''(left) + s C'(left), with `r` and `s` as
     /// they are now. Along the tangent both are met by the choice of `r` and `s`, which follow the moves to first order.
-    fn geometric(&self, left: usize, conditions: &mut Vec<Condition>) -> Result<(), Error> {
+    fn linearised(&self, left: usize) -> Result<Vec<Condition>, Error> {
         let right = left + 1;
+        let mut conditions = self.meeting(left);
         let rows = |k: usize| (self.row(left, k, Side::End), self.row(right, k, Side::Start));
         let (before1, after1) = rows(1);
         let (v, w) = (self.value(left, &before1), self.value(right, &after1));
@@ -213,7 +296,19 @@ impl<const D: usize> Chain<D> {
                 conditions.push(self.bend(left, normal, tangent, ratio));
             }
         }
-        Ok(())
+        Ok(conditions)
+    }
+
+    /// The conditions that the curves meet.
+    fn meeting(&self, left: usize) -> Vec<Condition> {
+        let (before, after) = (self.row(left, 0, Side::End), self.row(left + 1, 0, Side::Start));
+        let along = |axis| {
+            let mut condition = Condition::default();
+            self.add(&mut condition, left + 1, &after, axis);
+            self.add(&mut condition, left, &before, axis * -1.0);
+            condition
+        };
+        (0..D).map(unit_vector::<D>).map(along).collect()
     }
 
     /// The second of them, for one normal, linearised: r and s move with C'(right) and C'(left).
@@ -236,19 +331,6 @@ impl<const D: usize> Chain<D> {
         condition
     }
 
-    /// Solves for the moves from the original points; returns how far the points went from where they were.
-    fn step(&mut self) -> Result<f64, Error> {
-        let joints: Vec<_> = (0..self.bases.len() - 1).map(|left| self.conditions(left)).collect::<Result<_, _>>()?;
-        let change = least_change(self.points.len() * D, joints.concat(), 0);
-        let mut step = 0.0;
-        for (i, point) in self.points.iter_mut().enumerate() {
-            let moved = self.original[i] + Point(std::array::from_fn(|axis| change.values[i * D + axis]));
-            step = f64::max(step, moved.distance(*point));
-            *point = moved;
-        }
-        Ok(step)
-    }
-
     fn finish(self) -> Result<Joined<D>, Error> {
         let per_curve = self.order + 1;
         let moves: Vec<f64> = self.points.iter().zip(&self.original).map(|(p, q)| p.distance(*q)).collect();
@@ -262,9 +344,12 @@ impl<const D: usize> Chain<D> {
             points.extend(&curve[usize::from(i > 0)..]);
         }
         let smoothness = self.smoothness;
+        // What the result exceeds, the curves of the request caused.
+        let placed = |error: Error| error.fault.at("curves");
         let gaps = (1..self.bases.len()).map(|i| self.points[i * per_curve - 1].distance(self.points[i * per_curve]));
         let gap = gaps.fold(0.0, f64::max);
-        let curve = Piecewise::new(Bases::PerSegment(self.bases), self.order, Breaks::new(joints)?, false, points)?;
+        let curve = Piecewise::new(Bases::PerSegment(self.bases), self.order, Breaks::new(joints).map_err(placed)?, false, points)
+            .map_err(placed)?;
         let continuity = continuity(&curve.composite(), false, Tolerance::default());
         let together = gap <= limits::CONTINUITY_TOLERANCE * magnitude(curve.control_points());
         if !(together && smoothness.met_by(&continuity)) {

@@ -64,11 +64,25 @@ pub fn reshape<const D: usize>(curve: &Curve<D>, bases: Bases, keep: Keep) -> Re
     })
 }
 
+/// Refuses to write a curve in bases of a lower degree, which cannot be done exactly.
+fn check_degree<const D: usize>(old: &Composite<D>, order: usize) -> Result<(), Fault> {
+    let degree = old.degree();
+    if degree <= order {
+        return Ok(());
+    }
+    Err(Fault::UnsuitableCurve(format!(
+        "the curve has degree {degree}, so with control points of order {order} only its own kind of basis keeps it as it is; convert it instead"
+    )))
+}
+
 fn reshaped_single<const D: usize>(single: &Single<D>, bases: Bases, keep: Keep) -> Result<Single<D>, Error> {
     bases.check_count(1).at("bases")?;
     let basis = bases.of(0).clone();
     let points = match keep {
-        Keep::C2 => basis.way_back(single.order()).at("keep")?.control_points(&single.bezier_points()),
+        Keep::C2 => {
+            check_degree(&single.composite()?, single.order()).at("keep")?;
+            basis.way_back(single.order()).at("keep")?.control_points(&single.bezier_points())
+        }
         _ => single.control_points().to_vec(),
     };
     Single::new(basis, points).map_err(|error| Error::from(error.fault).at("basis"))
@@ -84,6 +98,7 @@ fn reshaped_piecewise<const D: usize>(
     bases.check_count(breaks.segments()).at("bases")?;
     bases.check_each(|basis| if keep == Keep::C2 { basis.way_back(order).map(drop) } else { basis.joinable(order) })?;
     if keep == Keep::C2 {
+        check_degree(composite, order).at("keep")?;
         return Ok(Piecewise::from_composite(bases, order, composite, closed)?.0);
     }
     let mut points = old.control_points().to_vec();
