@@ -133,6 +133,9 @@ pub enum Fault {
     /// The curve cannot be used this way.
     #[error("{0}")]
     UnsuitableCurve(String),
+    /// Text that cannot be drawn.
+    #[error("{0}")]
+    UnsuitableText(String),
     /// Options that exclude each other.
     #[error("{0}")]
     Contradiction(String),

@@ -12,6 +12,20 @@ pub const SAMPLES: usize = 200_000;
 pub const ANSWER_POINTS: usize = 1_000_000;
 /// Segments a subdivision or a fit may produce.
 pub const SEGMENTS: usize = 100_000;
+/// Curves in one picture.
+pub const PICTURE_CURVES: usize = 64;
+/// Surfaces in one picture.
+pub const PICTURE_SURFACES: usize = 16;
+/// Segments of all curves in one picture.
+pub const PICTURE_SEGMENTS: usize = 20_000;
+/// Control points of all curves and surfaces in one picture.
+pub const PICTURE_POINTS: usize = 100_000;
+/// Characters of a label.
+pub const LABEL: usize = 60;
+/// Characters of a title.
+pub const TITLE: usize = 200;
+/// Pixels along one side of a picture, at least and at most.
+pub const PIXELS: (usize, usize) = (120, 4_000);
 
 /// Rows of a shape matrix must sum to 1 within this.
 pub const ROW_SUM_TOLERANCE: f64 = 1e-12;

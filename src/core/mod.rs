@@ -23,6 +23,7 @@ mod least_change;
 pub mod least_squares;
 pub mod limits;
 pub mod parameterization;
+pub mod picture;
 pub mod point;
 pub mod reshape;
 pub mod subdivide;

@@ -92,6 +92,7 @@ fn classify(fault: &Fault) -> (StatusCode, &'static str, &'static str) {
         Fault::RepeatedPoint { .. } => (S::UNPROCESSABLE_ENTITY, "repeated_point", "A point is repeated"),
         Fault::UnsuitableBasis(_) => (S::UNPROCESSABLE_ENTITY, "unsuitable_basis", "The basis cannot be used this way"),
         Fault::UnsuitableCurve(_) => (S::UNPROCESSABLE_ENTITY, "unsuitable_curve", "The curve cannot be used this way"),
+        Fault::UnsuitableText(_) => (S::UNPROCESSABLE_ENTITY, "unsuitable_text", "The text cannot be drawn"),
         Fault::Contradiction(_) => (S::UNPROCESSABLE_ENTITY, "contradiction", "Options contradict each other"),
         Fault::ShapeRank { .. } => (S::UNPROCESSABLE_ENTITY, "rank_deficient_shape", "The shape matrix lacks rank"),
         Fault::RowSum { .. } => (S::UNPROCESSABLE_ENTITY, "row_sum", "A row does not sum to 1"),

@@ -1,0 +1,74 @@
+//! The curvature comb: lines from the curve, against its normal, as long as it is curved.
+
+use super::canvas::Canvas;
+use super::frame::{Bounds, Frame};
+use super::sketch::Sketch;
+use super::{Mark, palette};
+use crate::core::curve::Composite;
+use crate::core::point::Point;
+
+/// One line of the comb.
+#[derive(Debug, Clone, Copy)]
+pub struct Tooth {
+    base: Point<2>,
+    /// The curvature times the unit vector away from the centre of curvature, projected.
+    bend: Point<2>,
+    /// Whether a segment starts here.
+    first: bool,
+}
+
+impl Tooth {
+    /// The end of the line for a scale.
+    pub fn end(&self, reach: f64) -> Point<2> {
+        self.base + self.bend * reach
+    }
+}
+
+/// Lines of a segment; fewer for a curve of many segments.
+fn per_segment(segments: usize) -> usize {
+    (2_000 / segments).clamp(2, 32)
+}
+
+/// The comb of a curve. Places without speed have no normal, and no line.
+pub fn teeth<const D: usize>(composite: &Composite<D>, view: fn(Point<D>) -> Point<2>) -> Vec<Tooth> {
+    let velocity = composite.derivative();
+    let acceleration = velocity.derivative();
+    let (place, first, second) = (composite.evaluator(), velocity.evaluator(), acceleration.evaluator());
+    let count = composite.breaks().segments();
+    let steps = per_segment(count);
+    let places = (0..count).flat_map(|segment| (0..=steps).map(move |i| (segment, i)));
+    let tooth = |(segment, i): (usize, usize)| {
+        let (u, v) = (i as f64 / steps as f64, (steps - i) as f64 / steps as f64);
+        let bend = bend(first.within(segment, u, v), second.within(segment, u, v))?;
+        Some(Tooth { base: view(place.within(segment, u, v)), bend: view(bend), first: i == 0 })
+    };
+    places.filter_map(tooth).filter(|tooth| tooth.bend.is_finite()).collect()
+}
+
+/// Minus the curvature vector.
+fn bend<const D: usize>(velocity: Point<D>, acceleration: Point<D>) -> Option<Point<D>> {
+    let tangent = velocity.unit()?;
+    let speed = velocity.norm();
+    let across = tangent * acceleration.dot(tangent) - acceleration;
+    Some(across.map(|x| x / speed / speed))
+}
+
+/// The scale with which the longest line is a fifth of the picture.
+pub fn reach(sketches: &[Sketch], bounds: &Bounds) -> f64 {
+    let longest = sketches.iter().flat_map(|sketch| &sketch.teeth).map(|tooth| tooth.bend.norm()).fold(0.0, f64::max);
+    let reach = 0.2 * bounds.size() / longest;
+    if reach.is_finite() { reach } else { 0.0 }
+}
+
+/// The lines, and one line along their ends.
+pub fn draw(canvas: &mut Canvas, sketches: &[Sketch], marks: &[Mark], frame: &Frame, reach: f64) {
+    canvas.open("comb", "fill=\"none\" stroke-width=\"0.8\" opacity=\"0.7\"");
+    for (sketch, mark) in sketches.iter().zip(marks) {
+        let lines: Vec<[Point<2>; 2]> = sketch.teeth.iter().map(|tooth| [tooth.base, tooth.end(reach)]).collect();
+        canvas.lines(&lines, frame, palette::color(mark.color));
+        let ends: Vec<Vec<Point<2>>> =
+            sketch.teeth.chunk_by(|_, next| !next.first).map(|part| part.iter().map(|tooth| tooth.end(reach)).collect()).collect();
+        ends.iter().for_each(|part| canvas.polyline(part, frame, palette::color(mark.color)));
+    }
+    canvas.close();
+}
