@@ -18,8 +18,8 @@ pub const PICTURE_CURVES: usize = 64;
 pub const PICTURE_SURFACES: usize = 16;
 /// Segments of all curves in one picture.
 pub const PICTURE_SEGMENTS: usize = 20_000;
-/// Control points of all curves and surfaces in one picture.
-pub const PICTURE_POINTS: usize = 100_000;
+/// Control points of one surface in a picture.
+pub const PICTURE_NET: usize = 4_225;
 /// Characters of a label.
 pub const LABEL: usize = 60;
 /// Characters of a title.

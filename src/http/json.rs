@@ -15,7 +15,7 @@ use super::error::Problem;
 use crate::core::error::{Error, Fault};
 
 /// Answers one operation: reads the request, runs the operation away from the threads that serve connections,
-/// writes the answer.
+/// writes the answer as JSON.
 pub async fn respond<Request, Answer>(
     headers: HeaderMap,
     body: Result<Bytes, BytesRejection>,
@@ -25,13 +25,39 @@ where
     Request: DeserializeOwned + 'static,
     Answer: Serialize + 'static,
 {
+    respond_as("application/json", headers, body, operation, to_bytes).await
+}
+
+/// The same for an operation whose answer is a picture.
+pub async fn respond_svg<Request>(
+    headers: HeaderMap,
+    body: Result<Bytes, BytesRejection>,
+    operation: fn(Request) -> Result<String, Error>,
+) -> Response
+where
+    Request: DeserializeOwned + 'static,
+{
+    respond_as("image/svg+xml", headers, body, operation, |text| Ok(text.clone().into_bytes())).await
+}
+
+async fn respond_as<Request, Answer>(
+    media_type: &'static str,
+    headers: HeaderMap,
+    body: Result<Bytes, BytesRejection>,
+    operation: fn(Request) -> Result<Answer, Error>,
+    write: fn(&Answer) -> Result<Vec<u8>, Problem>,
+) -> Response
+where
+    Request: DeserializeOwned + 'static,
+    Answer: 'static,
+{
     let work = move || -> Result<Vec<u8>, Problem> {
         check_media_type(&headers)?;
         let body = body.map_err(|rejection| unreadable(&rejection))?;
-        to_bytes(&operation(from_bytes(&body)?)?)
+        write(&operation(from_bytes(&body)?)?)
     };
     match tokio::task::spawn_blocking(work).await {
-        Ok(Ok(bytes)) => ([(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))], bytes).into_response(),
+        Ok(Ok(bytes)) => ([(header::CONTENT_TYPE, HeaderValue::from_static(media_type))], bytes).into_response(),
         Ok(Err(problem)) => problem.into_response(),
         Err(_panicked) => Problem::internal().into_response(),
     }

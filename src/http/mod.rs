@@ -10,6 +10,7 @@ pub mod health;
 pub mod interpolate;
 pub mod join;
 pub mod json;
+pub mod render;
 pub mod reshape;
 pub mod subdivide;
 pub mod surface_evaluate;
@@ -70,6 +71,7 @@ pub const OPERATIONS: &[(&str, &[Example])] = &[
     ("/v1/surfaces/evaluate", surface_evaluate::EXAMPLES),
     ("/v1/surfaces/subdivide", surface_subdivide::EXAMPLES),
     ("/v1/surfaces/tessellate", surface_tessellate::EXAMPLES),
+    ("/v1/render", render::EXAMPLES),
 ];
 
 #[derive(OpenApi)]
@@ -107,6 +109,7 @@ fn routes() -> OpenApiRouter {
         .routes(routes!(surface_evaluate::post))
         .routes(routes!(surface_subdivide::post))
         .routes(routes!(surface_tessellate::post))
+        .routes(routes!(render::post))
         .routes(routes!(health::live))
         .routes(routes!(health::ready))
 }

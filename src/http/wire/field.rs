@@ -31,6 +31,12 @@ impl Field for i32 {
     }
 }
 
+impl Field for String {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().schema_type(Type::String).into()
+    }
+}
+
 impl Field for bool {
     fn schema() -> RefOr<Schema> {
         ObjectBuilder::new().schema_type(Type::Boolean).into()

@@ -1,0 +1,203 @@
+//! `POST /v1/render`.
+
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::Example;
+use super::error::Problems;
+use super::json::respond_svg;
+use super::wire::{Curve, Dimensioned, Surface, Whole, list, missing, need, whole};
+use crate::core::error::{At, Error, Fault, at_most};
+use crate::core::limits;
+use crate::core::picture::{self as core, Curves, Mark, Picture};
+
+crate::names! {
+    /// What a picture shows beside the curves and surfaces.
+    pub enum Detail {
+        /// Control polygons and control nets.
+        Polygon = "polygon",
+        /// The joints and ends of segments.
+        Joints = "joints",
+        /// The curvature of curves: lines against the normal, all to one scale, the longest a fifth of the picture.
+        Comb = "comb",
+        /// Axes with round numbers.
+        Axes = "axes",
+        /// The labels.
+        Legend = "legend",
+    }
+}
+
+crate::object! {
+    /// A curve to draw.
+    pub struct DrawnCurve {
+        /// The curve. All curves are 2D, or all are 3D; beside surfaces they are 3D.
+        required curve: Curve,
+        /// Its text in the legend, up to 60 characters.
+        optional label: String,
+        /// Its colour in the palette; default its place in the list, after the surfaces, modulo 8.
+        optional color: Whole = whole(0, core::COLORS - 1),
+    }
+}
+crate::nested!(DrawnCurve);
+
+crate::object! {
+    /// A surface to draw.
+    pub struct DrawnSurface {
+        /// The surface.
+        required surface: Surface,
+        /// Its text in the legend, up to 60 characters.
+        optional label: String,
+        /// Its colour in the palette; default its place in the list, modulo 8.
+        optional color: Whole = whole(0, core::COLORS - 1),
+    }
+}
+crate::nested!(DrawnSurface);
+
+crate::object! {
+    /// What to draw: `curves`, `surfaces` or both.
+    pub struct RenderRequest {
+        /// The curves, in the order they are drawn; at most 64, with at most 20,000 segments.
+        optional curves: Vec<DrawnCurve> = list::<DrawnCurve>(1, limits::PICTURE_CURVES),
+        /// The surfaces, drawn before the curves and one after the other; at most 16.
+        optional surfaces: Vec<DrawnSurface> = list::<DrawnSurface>(1, limits::PICTURE_SURFACES),
+        /// What else is shown; default only the legend.
+        optional show: Vec<Detail>,
+        /// The width of the picture in pixels; default 800.
+        optional width: Whole = whole(limits::PIXELS.0, limits::PIXELS.1),
+        /// The height of the picture in pixels; default 500.
+        optional height: Whole = whole(limits::PIXELS.0, limits::PIXELS.1),
+        /// The title, for those who do not see the picture, up to 200 characters; default the labels.
+        optional title: String,
+    }
+}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "cheng-figure-3",
+        "One control polygon, three values of beta (Cheng et al. Figure 3)",
+        include_str!("../../openapi/examples/render-cheng-figure-3.json"),
+    ),
+    Example::new(
+        "comb",
+        "A curve in space with its curvature comb and axes",
+        include_str!("../../openapi/examples/render-comb.json"),
+    ),
+    Example::new(
+        "li-figure-7",
+        "A surface with its control net (Li 2014 Figure 7)",
+        include_str!("../../openapi/examples/render-li-figure-7.json"),
+    ),
+];
+
+/// Draw curves and surfaces
+///
+/// As SVG, y up (in space z up, in one fixed orthographic projection), the aspect ratio kept. Segments of degree 1 to 3 are drawn with
+/// their own Bezier points, higher degrees as cubics within 0.01 pixel; coordinates are rounded to 0.01 pixel. The background is
+/// transparent, and the colours are readable on light and dark pages. Cost: linear in segments.
+#[utoipa::path(
+    post,
+    path = "/v1/render",
+    operation_id = "render",
+    tag = "Curves",
+    request_body = RenderRequest,
+    responses((status = 200, description = "The picture.", body = String, content_type = "image/svg+xml"), Problems)
+)]
+pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
+    respond_svg(headers, body, operation).await
+}
+
+/// Request to picture, without HTTP.
+///
+/// # Errors
+/// Whatever [`core::draw`] refuses, with its place in the request.
+pub fn operation(request: RenderRequest) -> Result<String, Error> {
+    if request.curves.is_none() && request.surfaces.is_none() {
+        return Err(missing("curves` or `surfaces"));
+    }
+    let size = [pixels(request.width, "width", 800)?, pixels(request.height, "height", 500)?];
+    let surfaces = surfaces(request.surfaces).at("surfaces")?;
+    let curves = curves(request.curves, surfaces.0.len()).at("curves")?;
+    let (surfaces, surface_marks) = surfaces;
+    let show = show(&request.show.unwrap_or_else(|| vec![Detail::Legend]));
+    let title = match request.title {
+        Some(title) => core::check_text(&title, limits::TITLE).at("title").map(|()| title)?,
+        None => title_of(surface_marks.iter().chain(&curves.1)),
+    };
+    core::draw(&Picture { curves: curves.0, curve_marks: curves.1, surfaces, surface_marks, show, size, title })
+}
+
+fn pixels(given: Option<Whole>, what: &'static str, default: usize) -> Result<usize, Error> {
+    let (least, most) = limits::PIXELS;
+    let value = given.map_or(default, |whole| whole.0);
+    if (least..=most).contains(&value) {
+        return Ok(value);
+    }
+    Err(Fault::OutOfRange { what, value: value as f64, allowed: format!("{least} <= {what} <= {most}") }.at(what))
+}
+
+fn show(wanted: &[Detail]) -> core::Show {
+    let has = |detail| wanted.contains(&detail);
+    core::Show {
+        polygon: has(Detail::Polygon),
+        joints: has(Detail::Joints),
+        comb: has(Detail::Comb),
+        axes: has(Detail::Axes),
+        legend: has(Detail::Legend),
+    }
+}
+
+/// The labels, or what is there where nothing has one.
+fn title_of<'a>(marks: impl Iterator<Item = &'a Mark>) -> String {
+    let labels: Vec<&str> = marks.filter_map(|mark| mark.label.as_deref()).collect();
+    if labels.is_empty() { "Curves and surfaces".into() } else { labels.join(", ") }
+}
+
+fn mark(label: Option<String>, color: Option<Whole>, place: usize) -> Result<Mark, Error> {
+    if let Some(label) = &label {
+        core::check_text(label, limits::LABEL).at("label")?;
+    }
+    let color = color.map_or(place % core::COLORS, |whole| whole.0);
+    if color >= core::COLORS {
+        let allowed = format!("0 <= color <= {}", core::COLORS - 1);
+        return Err(Fault::OutOfRange { what: "color", value: color as f64, allowed }.at("color"));
+    }
+    Ok(Mark { label, color })
+}
+
+fn surfaces(drawn: Option<Vec<DrawnSurface>>) -> Result<(Vec<crate::core::surface::Surface>, Vec<Mark>), Error> {
+    let Some(drawn) = drawn else { return Ok(Default::default()) };
+    crate::core::error::at_least("surfaces", drawn.len(), 1)?;
+    at_most("surfaces in a picture", drawn.len(), limits::PICTURE_SURFACES, "Draw them in parts")?;
+    let one = |(i, drawn): (usize, DrawnSurface)| -> Result<_, Error> {
+        let surface = need(drawn.surface, "surface")?.parse().at("surface")?;
+        let points = surface.rows().map(<[_]>::len).sum();
+        at_most("control points in a picture", points, limits::PICTURE_NET, "Cut the surface first").at("surface")?;
+        Ok((surface, mark(drawn.label, drawn.color, i)?))
+    };
+    drawn.into_iter().enumerate().map(|(i, drawn)| one((i, drawn)).at(i)).collect()
+}
+
+fn curves(drawn: Option<Vec<DrawnCurve>>, surfaces: usize) -> Result<(Curves, Vec<Mark>), Error> {
+    let Some(drawn) = drawn else { return Ok((Curves::Space(Vec::new()), Vec::new())) };
+    crate::core::error::at_least("curves", drawn.len(), 1)?;
+    at_most("curves in a picture", drawn.len(), limits::PICTURE_CURVES, "Draw them in parts")?;
+    let (mut plane, mut space, mut marks) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, drawn) in drawn.into_iter().enumerate() {
+        match need(drawn.curve, "curve").and_then(|curve| curve.parse().at("curve")).at(i)? {
+            Dimensioned::Plane(curve) => plane.push(curve),
+            Dimensioned::Space(curve) => space.push(curve),
+        }
+        marks.push(mark(drawn.label, drawn.color, surfaces + i).at(i)?);
+        let in_space = surfaces > 0 || !space.is_empty();
+        if in_space && !plane.is_empty() {
+            let (count, expected) = if surfaces > 0 || plane.len() <= i { (2, 3) } else { (3, 2) };
+            let rule = "curves are drawn together in the plane or in space, and beside surfaces in space";
+            let fault = Fault::WrongCount { what: "coordinates", count, expected, rule };
+            return Err(fault.at("control_points").at("curve").at(i));
+        }
+    }
+    Ok((if plane.is_empty() { Curves::Space(space) } else { Curves::Plane(plane) }, marks))
+}
