@@ -258,7 +258,7 @@ fn figure_7_of_li_has_four_shaded_surfaces_with_their_nets() {
     assert_eq!(svg.matches("<g class=\"surface\"").count(), 4);
     assert_eq!(svg.matches("<g class=\"polygon\"").count(), 4);
     assert_eq!(paths(&svg, "polygon").len(), 8, "4 rows and 4 columns");
-    assert_eq!(svg.matches(" Z\"").count(), 4 * 24 * 24);
+    assert_eq!(svg.matches(" Z\"").count(), 4 * 16 * 16);
 }
 
 #[test]
@@ -290,9 +290,17 @@ const ALL: &str = r#", "show": ["polygon", "joints", "comb", "axes", "legend"]"#
 #[test]
 fn points_and_straight_lines_are_pictures_too() {
     let cases = [
-        "[[0, 0], [0, 0]]", "[[3, 7], [3, 7], [3, 7], [3, 7]]", "[[0, 0], [5, 0]]", "[[2, 1], [2, 9]]", "[[1e-320, 0], [2e-320, 0]]",
-        "[[1e300, 0], [-1e300, 1e299], [0, 0]]", "[[1e16, 1e16], [1e16, 1.0000000000000002e16]]", "[[0, 0, 0], [0, 0, 0]]",
-        "[[0, 0, 0], [0, 0, 5]]", "[[0, 0, 0], [1e-200, 0, 0], [0, 1e-200, 1e-200]]", "[[0, 0], [1, 1], [0, 0], [-1, 1]]",
+        "[[0, 0], [0, 0]]",
+        "[[3, 7], [3, 7], [3, 7], [3, 7]]",
+        "[[0, 0], [5, 0]]",
+        "[[2, 1], [2, 9]]",
+        "[[1e-320, 0], [2e-320, 0]]",
+        "[[1e300, 0], [-1e300, 1e299], [0, 0]]",
+        "[[1e16, 1e16], [1e16, 1.0000000000000002e16]]",
+        "[[0, 0, 0], [0, 0, 0]]",
+        "[[0, 0, 0], [0, 0, 5]]",
+        "[[0, 0, 0], [1e-200, 0, 0], [0, 1e-200, 1e-200]]",
+        "[[0, 0], [1, 1], [0, 0], [-1, 1]]",
     ];
     for points in cases {
         let svg = draw(&curve(points, ALL));

@@ -23,7 +23,9 @@ fn the_answers_shown_are_the_answers_given() {
     let calls = calls(include_str!("../README.md"));
     let server = support::Server::start();
     for operation in springline::http::OPERATIONS.iter().map(|(path, _)| path) {
-        assert!(calls.iter().any(|(command, _)| request(command).0 == *operation), "no call of {operation}");
+        // A picture has no answer to print.
+        let drawn = support::media_type(operation) != "application/json";
+        assert!(drawn || calls.iter().any(|(command, _)| request(command).0 == *operation), "no call of {operation}");
     }
     for (command, expected) in &calls {
         let (path, body) = request(command);

@@ -80,11 +80,7 @@ pub const EXAMPLES: &[Example] = &[
         "One control polygon, three values of beta (Cheng et al. Figure 3)",
         include_str!("../../openapi/examples/render-cheng-figure-3.json"),
     ),
-    Example::new(
-        "comb",
-        "A curve in space with its curvature comb and axes",
-        include_str!("../../openapi/examples/render-comb.json"),
-    ),
+    Example::new("comb", "A curve in space with its curvature comb and axes", include_str!("../../openapi/examples/render-comb.json")),
     Example::new(
         "li-figure-7",
         "A surface with its control net (Li 2014 Figure 7)",

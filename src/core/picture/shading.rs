@@ -8,7 +8,7 @@ use crate::core::point::Point;
 use crate::core::surface::Surface;
 
 /// Faces along each direction.
-const CELLS: usize = 24;
+const CELLS: usize = 16;
 /// Faces between two iso-lines.
 const EVERY: usize = 4;
 /// Where the light comes from: the left of the eye, from above.
