@@ -192,19 +192,19 @@ fn success<const D: usize>(cases: u32, curves: impl Strategy<Value = Vec<Single<
 fn geometric_joins_of_sketched_curves_are_made() {
     for side in SIDES {
         for class in [Smoothness::G1, Smoothness::G2] {
-            assert!(success(100, sketched::<2>(2..3), class, side) >= 0.0);
-            assert!(success(100, sketched::<3>(2..3), class, side) >= 0.0);
+            assert!(success(100, sketched::<2>(2..3), class, side) >= 0.97);
+            assert!(success(100, sketched::<3>(2..3), class, side) >= 0.97);
         }
     }
-    assert!(success(60, sketched::<2>(3..8), Smoothness::G1, Movable::Both) >= 0.0);
+    assert!(success(60, sketched::<2>(3..8), Smoothness::G1, Movable::Both) >= 0.97);
 }
 
 #[test]
 fn geometric_joins_of_random_curves_are_mostly_made() {
     for side in SIDES {
         for class in [Smoothness::G1, Smoothness::G2] {
-            assert!(success(100, cubics::<2>(2..3), class, side) >= 0.0);
-            assert!(success(100, cubics::<3>(2..3), class, side) >= 0.0);
+            assert!(success(100, cubics::<2>(2..3), class, side) >= 0.97);
+            assert!(success(100, cubics::<3>(2..3), class, side) >= 0.97);
         }
     }
 }

@@ -250,9 +250,15 @@ fn a_missing_key_is_refused_at_the_object_that_lacks_it() {
                 let lacking = without_key(&body, &object, key);
                 // One of beta and lambda is needed, and a quasi-bezier curve sought needs a degree; a schema for that would be no single
                 // object for generated clients.
-                // So it is for `curves` or `surfaces` of a picture.
-                let beyond_schema = key == "beta"
-                    || path == "/v1/render" && object.is_empty() && ["curves", "surfaces"].contains(&key.as_str())
+                // So it is for other pairs of which one is needed.
+                let one_of_two: &[&str] = match path {
+                    "/v1/render" => &["curves", "surfaces"],
+                    "/v1/continuity" => &["curve", "curves"],
+                    "/v1/reshape" => &["basis", "bases"],
+                    _ => &[],
+                };
+                let beyond_schema = ["beta", "lambda"].contains(&key.as_str())
+                    || object.is_empty() && one_of_two.contains(&key.as_str())
                     || (key == "degree" && fields.get("family").is_some_and(|f| f == "quasi-bezier"));
                 let needed = !request_validator(&judges.api, path).is_valid(&lacking) || beyond_schema;
                 let answer = judges.server.post_json(path, &lacking);

@@ -1,4 +1,4 @@
-//! The README shows real output: every `curl` in it is run, and its answer compared with the one printed.
+//! README and docs show real output: every `curl` in them is run, and its answer compared with the one printed.
 
 mod support;
 
@@ -20,7 +20,8 @@ fn request(command: &str) -> (&str, &str) {
 
 #[test]
 fn the_answers_shown_are_the_answers_given() {
-    let calls = calls(include_str!("../README.md"));
+    let pages = [include_str!("../README.md"), include_str!("../docs/more-calls.md")];
+    let calls: Vec<_> = pages.into_iter().flat_map(calls).collect();
     let server = support::Server::start();
     for operation in springline::http::OPERATIONS.iter().map(|(path, _)| path) {
         // A picture has no answer to print.

@@ -8,10 +8,11 @@ use axum::response::Response;
 use super::Example;
 use super::error::Problems;
 use super::json::respond;
-use super::wire::{Basis, Whole, need};
+use super::wire::{Basis, Whole, list, need, whole};
 use crate::core::basis::Properties;
 use crate::core::basis_functions as core;
 use crate::core::error::{At, Error};
+use crate::core::limits;
 
 crate::object! {
     /// A basis to sample.
@@ -19,9 +20,9 @@ crate::object! {
         /// The basis.
         required basis: Basis,
         /// One less than the number of control points; 1 to 64.
-        required order: Whole,
+        required order: Whole = whole(1, limits::DEGREE),
         /// How many equally spaced samples, 2 to 200,000; default 101.
-        optional count: Whole,
+        optional count: Whole = whole(2, limits::SAMPLES),
     }
 }
 
@@ -92,7 +93,7 @@ crate::object! {
         /// The degree d of the functions.
         required degree: Whole,
         /// First and last parameter.
-        required domain: Vec<f64>,
+        required domain: Vec<f64> = list::<f64>(2, 2),
         /// The parameters sampled.
         required parameters: Vec<f64>,
         /// `functions[j][i]`: basis function j at `parameters[i]`.

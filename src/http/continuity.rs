@@ -8,7 +8,7 @@ use axum::response::Response;
 use super::Example;
 use super::error::Problems;
 use super::json::respond;
-use super::wire::{Continuity, Curve, Dimensioned, ReportStyle, need, number};
+use super::wire::{Continuity, Curve, Dimensioned, ReportStyle, list, need, number};
 use crate::core::continuity as core;
 use crate::core::curve::{self, Composite};
 use crate::core::error::{At, Error, Fault, at_most};
@@ -37,7 +37,7 @@ crate::object! {
     /// How smoothly the segments join.
     pub struct ContinuityAnswer {
         /// First and last parameter; curves laid end to end start at 0.
-        required domain: Vec<f64>,
+        required domain: Vec<f64> = list::<f64>(2, 2),
         /// The report.
         required continuity: Continuity,
     }
@@ -90,7 +90,7 @@ pub fn operation(request: ContinuityRequest) -> Result<ContinuityAnswer, Error> 
             Dimensioned::Space(curve) => report(&curve.composite().at("curve")?, curve.closed(), tolerance, style),
         },
         (None, curves) => {
-            let curves = need(curves, "curve")?;
+            let curves = need(curves, "curve` or `curves")?;
             at_most("curves", curves.len(), limits::SEGMENTS, "Measure them in groups").at("curves")?;
             laid_end_to_end(curves, closed.unwrap_or(false), tolerance, style)
         }

@@ -8,7 +8,7 @@ use axum::response::Response;
 use super::Example;
 use super::error::Problems;
 use super::json::respond;
-use super::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, need};
+use super::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, list, need};
 use crate::core::curve::{self, Single};
 use crate::core::error::{At, Error, Fault};
 use crate::core::join as core;
@@ -46,7 +46,7 @@ crate::object! {
     /// Curves to join.
     pub struct JoinRequest {
         /// Single curves, 2 to 1,000, of one order and one dimension, laid end to end in this order.
-        required curves: Vec<Curve>,
+        required curves: Vec<Curve> = list::<Curve>(2, core::CURVES),
         /// The smoothness wanted at every joint, for the shape parameters that the curves have, mixed ones included.
         required smoothness: Smoothness,
         /// Which control points next to a joint may move: `following`, `leading` or `both` (the default); on a side the end point and as many

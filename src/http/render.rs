@@ -58,9 +58,9 @@ crate::nested!(DrawnSurface);
 crate::object! {
     /// What to draw: `curves`, `surfaces` or both.
     pub struct RenderRequest {
-        /// The curves, in the order they are drawn; at most 64, with at most 20,000 segments.
+        /// The curves, in the order they are drawn; up to 64 curves, with up to 20,000 segments.
         optional curves: Vec<DrawnCurve> = list::<DrawnCurve>(1, limits::PICTURE_CURVES),
-        /// The surfaces, drawn before the curves and one after the other; at most 16.
+        /// The surfaces, drawn before the curves and one after the other; up to 16.
         optional surfaces: Vec<DrawnSurface> = list::<DrawnSurface>(1, limits::PICTURE_SURFACES),
         /// What else is shown; default only the legend.
         optional show: Vec<Detail>,

@@ -93,7 +93,7 @@ pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Re
 /// Whatever [`core::reshape`] refuses, with its place in the request.
 pub fn operation(request: ReshapeRequest) -> Result<ReshapeAnswer, Error> {
     if request.basis.is_none() {
-        need(request.bases.as_ref(), "basis")?;
+        need(request.bases.as_ref(), "basis` or `bases")?;
     }
     let bases = bases(request.basis, request.bases)?;
     let keep = request.keep.unwrap_or(Keep::Nothing);
