@@ -48,8 +48,13 @@ fn remade(surface: &Surface, map: impl Fn(Point<3>) -> Point<3>) -> Surface {
 
 // ---- reference vectors
 
-/// The surface of a vector, in the core and in JSON; its pairs; and what is expected, with the scale of each: points, du, dv.
-fn vectors() -> Vec<(Surface, Value, Vec<[f64; 2]>, Vec<(&'static str, Vec<Point<3>>, f64)>)> {
+/// A list of the answer, what it should be, and the size its errors are measured in.
+type Expected = (&'static str, Vec<Point<3>>, f64);
+
+/// The surface of a vector, in the core and in JSON; its pairs; and what is expected of points, du and dv.
+type Vector = (Surface, Value, Vec<[f64; 2]>, Vec<Expected>);
+
+fn vectors() -> Vec<Vector> {
     let cases = laws::cases("surface");
     assert_eq!(cases.len(), 6);
     let read = |case: &Value| {
