@@ -1,6 +1,6 @@
 //! Pictures of curves and surfaces, as SVG text.
 //!
-//! [`sketch`](Sketch) projects curves to the plane, [`frame`](Frame) fits the plane to the page, the other files draw one thing
+//! `sketch` projects curves to the plane, `frame` fits the plane to the page, the other files draw one thing
 //! each, and [`draw`] puts them in order. A picture is exact where SVG allows it: segments of degree 1 to 3 are written with
 //! their Bezier points. The same picture always gives the same text.
 
