@@ -178,13 +178,19 @@ fn lines_have_nothing_to_keep_a_corner_with() {
     let straight = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]].map(Point).to_vec();
     let other = curve(1, straight, Breaks::new(vec![0.0, 1.0, 2.0, 3.0]).unwrap(), false);
     assert!(reshape(&other, Bases::Common(beta(1.0)), Keep::C1).is_ok(), "order 1 has no shape");
-    // A closed circle of four quadratics: as many conditions as points, and they depend on each other.
-    let round = [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0], [-1.0, -1.0], [0.0, -1.0], [1.0, -1.0], [1.0, 0.0]];
-    let round = curve(2, round.map(Point).to_vec(), Breaks::new(vec![0.0, 1.0, 2.0, 3.0, 4.0]).unwrap(), true);
-    let mixed = Bases::PerSegment([0.0, 1.0, 0.0, 0.0].map(beta).to_vec());
-    if let Err(error) = reshape(&round, mixed, Keep::C1) {
+}
+
+#[test]
+fn a_joint_that_cannot_stay_smooth_is_named() {
+    let points = [[0.0, 0.0], [1.0, 2.0], [3.0, -1.0], [4.0, 0.0]].map(Point);
+    let shape = Shape::Open(End::Natural, End::Natural);
+    let curve = interpolate(&points, shape, Bases::Common(beta(1.0)), &Parameterization::Uniform).unwrap().curve;
+    // In the straight limit inner control points move nothing.
+    let straight = Bases::Common(Basis::Beta(Beta::from_lambda(0.0).unwrap()));
+    for keep in [Keep::C1, Keep::G1] {
+        let error = reshape(&Curve::Piecewise(curve.clone()), straight.clone(), keep).unwrap_err();
         assert_eq!(error.place.to_string(), "/keep");
-        assert!(error.to_string().contains("joint"), "{error}");
+        assert!(error.to_string().contains("the joint"), "{error}");
     }
 }
 
