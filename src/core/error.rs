@@ -218,6 +218,9 @@ pub enum Fault {
     /// A result beyond the range of double precision.
     #[error("the result exceeds the range of double precision; scale the coordinates, the knots or the order of derivatives down")]
     Overflow,
+    /// Nobody waits for the result: see [`super::work`].
+    #[error("the computation was stopped before its end, because nobody waited for it any more")]
+    Cancelled,
 }
 
 impl Fault {

@@ -29,3 +29,4 @@ pub mod reshape;
 pub mod subdivide;
 pub mod surface;
 pub mod to_bspline;
+pub mod work;

@@ -101,6 +101,8 @@ fn classify(fault: &Fault) -> (StatusCode, &'static str, &'static str) {
         Fault::ToleranceTooSmall { .. } => (S::UNPROCESSABLE_ENTITY, "tolerance_too_small", "The tolerance is below rounding"),
         Fault::ToleranceNotMet { .. } => (S::UNPROCESSABLE_ENTITY, "tolerance_not_met", "The tolerance cannot be met"),
         Fault::Overflow => (S::UNPROCESSABLE_ENTITY, "overflow", "The result is beyond double precision"),
+        // The client that waited too long has been answered already.
+        Fault::Cancelled => (S::GATEWAY_TIMEOUT, "deadline", "The deadline has passed"),
     }
 }
 
