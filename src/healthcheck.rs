@@ -4,14 +4,18 @@ use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream};
 use std::time::Duration;
 
+use crate::config::Config;
+
 /// How long each step of the check may take.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Succeeds if the service that listens on this address answers `GET /livez` with 200.
+/// Succeeds if the service with these settings answers `GET /livez` with 200.
 ///
 /// # Errors
-/// The connection fails, times out, or is answered otherwise.
-pub fn check(listen: SocketAddr) -> io::Result<()> {
+/// The connection fails, times out, or is answered otherwise; or the service speaks TLS and has no other address.
+pub fn check(config: &Config) -> io::Result<()> {
+    let plain = if config.tls_cert.is_none() { Some(config.listen) } else { config.metrics_listen };
+    let listen = plain.ok_or_else(|| io::Error::other("with TLS the check needs the setting `metrics-listen`, and asks there"))?;
     let mut stream = TcpStream::connect_timeout(&reachable(listen), PATIENCE)?;
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;

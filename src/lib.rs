@@ -4,10 +4,14 @@
 //! - [`http`]: the edge: routes, what the JSON looks like, errors, the specification.
 //! - [`server`]: runs the service on a listener until it is told to stop.
 //! - [`config`]: the settings.
+//! - [`metrics`], [`logs`], [`traces`]: what an operator sees.
 //! - [`healthcheck`]: asks a running service whether it is alive.
 
 pub mod config;
 pub mod core;
 pub mod healthcheck;
 pub mod http;
+pub mod logs;
+pub mod metrics;
 pub mod server;
+pub mod traces;

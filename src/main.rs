@@ -1,11 +1,14 @@
 //! The command line.
 
+use std::error::Error;
+use std::ffi::OsString;
 use std::process::ExitCode;
+use std::time::Duration;
 
-use clap::{Parser, Subcommand};
-use springline::config::Config;
-use springline::{healthcheck, http, server};
-use tokio::net::TcpListener;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use springline::config::{self, Config};
+use springline::server::{Server, Signals};
+use springline::{healthcheck, http, logs};
 
 /// Curves with shape parameters, over HTTP
 #[derive(Parser)]
@@ -20,20 +23,25 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Serve (the default)
-    Serve(Config),
+    Serve,
     /// Print the OpenAPI specification
     Openapi,
+    /// Print the effective settings, as a file that would set them
+    Config,
     /// Ask the service on the configured address whether it is alive
-    Healthcheck(Config),
+    Healthcheck,
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let result = match cli.command {
-        None => serve(&cli.config),
-        Some(Command::Serve(config)) => serve(&config),
+    let Cli { command, config } = command_line();
+    let result = match command {
+        None | Some(Command::Serve) => serve(config),
         Some(Command::Openapi) => print_openapi(),
-        Some(Command::Healthcheck(config)) => healthcheck::check(config.listen).map_err(Into::into),
+        Some(Command::Config) => {
+            print!("{}", config.to_toml());
+            Ok(())
+        }
+        Some(Command::Healthcheck) => healthcheck::check(&config).map_err(Into::into),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -44,15 +52,37 @@ fn main() -> ExitCode {
     }
 }
 
-#[tokio::main]
-async fn serve(config: &Config) -> Result<(), Box<dyn std::error::Error>> {
-    let listen = config.listen;
-    let listener = TcpListener::bind(listen).await.map_err(|error| format!("cannot listen on {listen}: {error}"))?;
-    println!("{}", server::greeting(listener.local_addr()?));
-    Ok(server::run(listener, server::stop_signal()).await?)
+/// Flags, variables, the file: where one is wrong, the process ends here and says which.
+fn command_line() -> Cli {
+    let given: Vec<OsString> = std::env::args_os().collect();
+    let matches = Cli::command().get_matches_from(&given);
+    let from_file = config::flags_of_file(&matches).unwrap_or_else(|error| {
+        eprintln!("springline: {error}");
+        std::process::exit(2)
+    });
+    let (program, rest) = given.split_at(given.len().min(1));
+    let all = program.iter().cloned().chain(from_file).chain(rest.iter().cloned());
+    Cli::from_arg_matches(&Cli::command().get_matches_from(all)).unwrap_or_else(|error| error.exit())
 }
 
-fn print_openapi() -> Result<(), Box<dyn std::error::Error>> {
+fn serve(config: Config) -> Result<(), Box<dyn Error>> {
+    let _logs = logs::start(&config.log, config.log_format)?;
+    for name in config::unknown_variables(&Cli::command()) {
+        tracing::warn!(name, "no setting has this name; `springline config` prints them all");
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    let result = runtime.block_on(async {
+        let signals = Signals::catch()?;
+        let server = Server::bind(config).await?;
+        println!("springline {} listens on {url}\ndocumentation: {url}/docs", env!("CARGO_PKG_VERSION"), url = server.url()?);
+        server.run(signals).await;
+        Ok(())
+    });
+    runtime.shutdown_timeout(Duration::ZERO);
+    result
+}
+
+fn print_openapi() -> Result<(), Box<dyn Error>> {
     println!("{}", http::openapi().to_pretty_json()?);
     Ok(())
 }

@@ -159,7 +159,7 @@ fn a_body_streamed_too_large_is_refused() {
 #[test]
 fn a_body_of_exactly_the_limit_is_read() {
     let bench = Bench::new();
-    let limit = springline::http::MAX_BODY_BYTES;
+    let limit = springline::core::limits::BODY_BYTES;
     let (_, _, body) = &examples()[0];
     let mut text = body.to_string();
     text.push_str(&" ".repeat(limit - text.len()));

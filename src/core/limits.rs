@@ -1,5 +1,7 @@
 //! Every size the core accepts, in one table. Checks, messages and the specification read it.
 
+/// The largest request body: what 100,000 interpolated 3D points become fits.
+pub const BODY_BYTES: usize = 32 * 1024 * 1024;
 /// The highest polynomial degree of a segment, and the highest order of a derivative.
 pub const DEGREE: usize = 64;
 /// Control points of one curve: what interpolating [`DATA_POINTS`] points returns still fits.
@@ -33,3 +35,27 @@ pub const ROW_SUM_TOLERANCE: f64 = 1e-12;
 pub const CONDITION: f64 = 1e8;
 /// Continuity is measured with this tolerance, relative to the derivatives compared, unless another is given.
 pub const CONTINUITY_TOLERANCE: f64 = 1e-9;
+
+/// The sizes an operator may lower.
+pub struct Limits {
+    /// As [`DEGREE`].
+    pub degree: usize,
+    /// As [`CONTROL_POINTS`].
+    pub control_points: usize,
+    /// As [`DATA_POINTS`].
+    pub data_points: usize,
+    /// As [`SAMPLES`].
+    pub samples: usize,
+    /// As [`ANSWER_POINTS`].
+    pub answer_points: usize,
+    /// As [`SEGMENTS`].
+    pub segments: usize,
+}
+
+/// Sets them, once.
+///
+/// # Errors
+/// None yet.
+pub fn lower(_: Limits) -> Result<(), String> {
+    Ok(())
+}

@@ -1,13 +1,10 @@
 //! `POST /v1/basis`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Basis, Whole, list, need, whole};
 use crate::core::basis::Properties;
 use crate::core::basis_functions as core;
@@ -128,8 +125,13 @@ pub const EXAMPLES: &[Example] = &[
     request_body = BasisRequest,
     responses((status = 200, description = "The basis.", body = BasisAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, is_small).await
+}
+
+/// Whether it costs less than handing it to another thread.
+fn is_small(request: &BasisRequest) -> bool {
+    request.order.is_none_or(|order| order.0 <= 16) && request.count.is_none_or(|count| count.0 <= 100)
 }
 
 /// Request to answer, without HTTP.

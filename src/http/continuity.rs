@@ -1,13 +1,10 @@
 //! `POST /v1/continuity`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Continuity, Curve, Dimensioned, ReportStyle, list, need, number};
 use crate::core::continuity as core;
 use crate::core::curve::{self, Composite};
@@ -68,8 +65,14 @@ pub const EXAMPLES: &[Example] = &[
     request_body = ContinuityRequest,
     responses((status = 200, description = "The report.", body = ContinuityAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, is_small).await
+}
+
+/// Whether it costs less than handing it to another thread.
+fn is_small(request: &ContinuityRequest) -> bool {
+    let small = |curves: &Vec<Curve>| curves.len() <= 8 && curves.iter().all(Curve::is_small);
+    request.curve.as_ref().is_none_or(Curve::is_small) && request.curves.as_ref().is_none_or(small)
 }
 
 /// Request to answer, without HTTP.

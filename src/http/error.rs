@@ -1,5 +1,7 @@
 //! The one shape of every error: RFC 9457 problem details.
 
+use std::fmt;
+
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
@@ -65,17 +67,22 @@ impl Problem {
         Problem { line: known(line), column: known(column), ..self }
     }
 
+    /// No room now, for this reason.
+    pub fn overloaded(reason: &str) -> Self {
+        let detail = format!("{reason}; try again after as many seconds as Retry-After says");
+        Problem::new(StatusCode::SERVICE_UNAVAILABLE, "overloaded", "The service is full", detail)
+    }
+
+    /// Its stable name.
+    pub fn code(&self) -> &'static str {
+        self.code
+    }
+
     /// A bug of ours; the client learns nothing of its insides.
     pub fn internal() -> Self {
         let detail = "the server failed while it worked on this request; nothing was changed, and the fault is ours";
         Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", "Internal error", detail)
     }
-}
-
-/// The problem of a body beyond the limit.
-pub fn body_too_large() -> Problem {
-    let detail = format!("the body exceeds {} bytes; send the data in parts", super::MAX_BODY_BYTES);
-    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", detail)
 }
 
 /// Status, code and title of each fault of the core.
@@ -119,7 +126,19 @@ impl IntoResponse for Problem {
         // A struct of strings and numbers always serialises.
         let body = serde_json::to_vec(&self).unwrap_or_default();
         let kind = HeaderValue::from_static("application/problem+json");
-        (status, [(header::CONTENT_TYPE, kind)], body).into_response()
+        let mut response = (status, [(header::CONTENT_TYPE, kind)], body).into_response();
+        match status {
+            StatusCode::SERVICE_UNAVAILABLE => response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from_static("1")),
+            StatusCode::UNAUTHORIZED => response.headers_mut().insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer")),
+            _ => None,
+        };
+        response
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}: {}", self.status, self.code, self.detail)
     }
 }
 
@@ -130,6 +149,12 @@ pub enum Problems {
     /// Not JSON, or not the shape of the request: unknown, repeated or missing fields, values of another type.
     #[response(status = 400, content_type = "application/problem+json")]
     BadRequest(Problem),
+    /// The service wants an API key, and none it knows came with the request.
+    #[response(status = 401, content_type = "application/problem+json")]
+    Unauthorized(Problem),
+    /// The body took too long to arrive.
+    #[response(status = 408, content_type = "application/problem+json")]
+    Timeout(Problem),
     /// The body, or the answer asked for, is beyond a documented limit.
     #[response(status = 413, content_type = "application/problem+json")]
     TooLarge(Problem),
@@ -142,4 +167,10 @@ pub enum Problems {
     /// A fault of the server.
     #[response(status = 500, content_type = "application/problem+json")]
     Internal(Problem),
+    /// The service is full; the header Retry-After says how many seconds to wait.
+    #[response(status = 503, content_type = "application/problem+json")]
+    Overloaded(Problem),
+    /// The computation took too long.
+    #[response(status = 504, content_type = "application/problem+json")]
+    Deadline(Problem),
 }

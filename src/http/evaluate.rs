@@ -1,13 +1,10 @@
 //! `POST /v1/evaluate`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Curve, Dimensioned, Points, Whole, list, need, number, whole};
 use crate::core::curve;
 use crate::core::error::{At, Error, Place};
@@ -148,8 +145,17 @@ pub const EXAMPLES: &[Example] = &[
     request_body = EvaluateRequest,
     responses((status = 200, description = "The samples.", body = EvaluateAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, is_small).await
+}
+
+/// Whether it costs less than handing it to another thread.
+fn is_small(request: &EvaluateRequest) -> bool {
+    let Some(sampling) = &request.sampling else { return true };
+    let samples = sampling.count.map(|count| count.0).or(sampling.values.as_ref().map(Vec::len));
+    let quantities = request.quantities.as_ref().map_or(0, Vec::len);
+    let each = request.derivatives.map_or(0, |orders| orders.0).saturating_add(1 + quantities);
+    samples.is_some_and(|samples| samples.saturating_mul(each) <= 1_000) && request.curve.as_ref().is_none_or(Curve::is_small)
 }
 
 /// Request to answer, without HTTP.

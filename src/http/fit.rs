@@ -1,13 +1,10 @@
 //! `POST /v1/fit`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Basis, Curve, Points, Whole, need, number, whole};
 use crate::core::error::{At, Error, Fault};
 use crate::core::fit as core;
@@ -173,8 +170,8 @@ pub const EXAMPLES: &[Example] = &[
     request_body = FitRequest,
     responses((status = 200, description = "The fitted curve.", body = FitAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, |_| false).await
 }
 
 /// Request to answer, without HTTP.

@@ -1,13 +1,10 @@
 //! `POST /v1/interpolate`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Basis, Continuity, Curve, EndCondition, Parameterization, Points, ReportStyle, bases, need};
 use crate::core::curve;
 use crate::core::error::{At, Error, Fault};
@@ -80,8 +77,13 @@ pub const EXAMPLES: &[Example] = &[
     request_body = InterpolateRequest,
     responses((status = 200, description = "The interpolant.", body = InterpolateAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, is_small).await
+}
+
+/// Whether it costs less than handing it to another thread.
+fn is_small(request: &InterpolateRequest) -> bool {
+    request.points.as_ref().is_none_or(|points| points.len() <= 256) && request.bases.as_ref().is_none_or(|bases| bases.len() <= 8)
 }
 
 /// Request to answer, without HTTP.

@@ -1,13 +1,10 @@
 //! `POST /v1/join`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, list, need};
 use crate::core::curve::{self, Single};
 use crate::core::error::{At, Error, Fault};
@@ -96,8 +93,8 @@ pub const EXAMPLES: &[Example] = &[
     request_body = JoinRequest,
     responses((status = 200, description = "The joined curve.", body = JoinAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, |_| false).await
 }
 
 /// Request to answer, without HTTP.

@@ -2,84 +2,15 @@
 
 use std::io;
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::StatusCode;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::ser::Formatter;
 use serde_path_to_error::{Path, Segment};
 
 use super::error::Problem;
+use super::paper::{Paper, Stopped};
 use crate::core::error::{Error, Fault};
-
-/// Answers one operation: reads the request, runs the operation away from the threads that serve connections,
-/// writes the answer as JSON.
-pub async fn respond<Request, Answer>(
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-    operation: fn(Request) -> Result<Answer, Error>,
-) -> Response
-where
-    Request: DeserializeOwned + 'static,
-    Answer: Serialize + 'static,
-{
-    respond_as("application/json", headers, body, operation, to_bytes).await
-}
-
-/// The same for an operation whose answer is a picture.
-pub async fn respond_svg<Request>(
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-    operation: fn(Request) -> Result<String, Error>,
-) -> Response
-where
-    Request: DeserializeOwned + 'static,
-{
-    respond_as("image/svg+xml", headers, body, operation, |text| Ok(text.clone().into_bytes())).await
-}
-
-async fn respond_as<Request, Answer>(
-    media_type: &'static str,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-    operation: fn(Request) -> Result<Answer, Error>,
-    write: fn(&Answer) -> Result<Vec<u8>, Problem>,
-) -> Response
-where
-    Request: DeserializeOwned + 'static,
-    Answer: 'static,
-{
-    let work = move || -> Result<Vec<u8>, Problem> {
-        check_media_type(&headers)?;
-        let body = body.map_err(|rejection| unreadable(&rejection))?;
-        write(&operation(from_bytes(&body)?)?)
-    };
-    match tokio::task::spawn_blocking(work).await {
-        Ok(Ok(bytes)) => ([(header::CONTENT_TYPE, HeaderValue::from_static(media_type))], bytes).into_response(),
-        Ok(Err(problem)) => problem.into_response(),
-        Err(_panicked) => Problem::internal().into_response(),
-    }
-}
-
-fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
-    let given = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
-    let essence = given.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
-    if essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json")) {
-        return Ok(());
-    }
-    let was = if given.is_empty() { "no Content-Type was sent".to_owned() } else { format!("the Content-Type is {given}") };
-    let detail = format!("{was}; send the header Content-Type: application/json");
-    Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
-}
-
-fn unreadable(rejection: &BytesRejection) -> Problem {
-    if rejection.status() == StatusCode::PAYLOAD_TOO_LARGE {
-        return super::error::body_too_large();
-    }
-    Problem::new(StatusCode::BAD_REQUEST, "unreadable_body", "The body could not be read", "the body ended before all of it arrived")
-}
 
 /// Reads a request.
 ///
@@ -174,15 +105,54 @@ fn pointer(path: &Path) -> String {
     path.iter().map(step).collect()
 }
 
+/// Refuses JSON nested deeper than this. The parser has its own end at 127.
+///
+/// # Errors
+/// Status 413.
+pub fn check_depth(body: &[u8], most: usize) -> Result<(), Problem> {
+    if most >= PARSER_DEPTH || depth(body) <= most {
+        return Ok(());
+    }
+    let detail = format!("the JSON is nested deeper than {most} levels");
+    Err(Problem::at(StatusCode::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", String::new(), detail))
+}
+
+/// What the parser itself allows.
+const PARSER_DEPTH: usize = 127;
+
+/// How deep brackets nest, those in strings left out.
+fn depth(body: &[u8]) -> usize {
+    let (mut open, mut deepest, mut in_string, mut escaped) = (0_usize, 0, false, false);
+    for byte in body {
+        match (in_string, byte) {
+            (true, _) if escaped => escaped = false,
+            (true, b'\\') => escaped = true,
+            (_, b'"') => in_string = !in_string,
+            (false, b'[' | b'{') => open += 1,
+            (false, b']' | b'}') => open = open.saturating_sub(1),
+            _ => {}
+        }
+        deepest = deepest.max(open);
+    }
+    deepest
+}
+
 /// Writes an answer.
 ///
 /// # Errors
-/// [`Fault::Overflow`] where a number is infinite or not a number: JSON has neither, and `null` is no number.
-pub fn to_bytes<T: Serialize>(answer: &T) -> Result<Vec<u8>, Problem> {
-    let mut bytes = Vec::with_capacity(1024);
-    match answer.serialize(&mut serde_json::Serializer::with_formatter(&mut bytes, Strict)) {
-        Ok(()) => Ok(bytes),
-        Err(_not_finite) => Err(Error::from(Fault::Overflow).into()),
+/// [`Fault::Overflow`] where a number is infinite or not a number: JSON has neither, and `null` is no number. What
+/// [`not_written`] says where the paper ends.
+pub fn write<T: Serialize>(answer: &T, paper: &mut Paper) -> Result<(), Problem> {
+    let mut serializer = serde_json::Serializer::with_formatter(paper, Strict);
+    answer.serialize(&mut serializer).map_err(|error| not_written(error.into()))
+}
+
+/// Why a text could not be written to its end.
+pub fn not_written(error: io::Error) -> Problem {
+    match error.get_ref().and_then(|error| error.downcast_ref()) {
+        Some(Stopped::NoRoom) => Problem::overloaded("the memory for bodies and answers is in use"),
+        Some(Stopped::Cancelled) => Error::from(Fault::Cancelled).into(),
+        None => Error::from(Fault::Overflow).into(),
     }
 }
 
@@ -198,11 +168,30 @@ impl Formatter for Strict {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::http::budget::Budget;
+
+    fn written(numbers: &[f64]) -> Result<Vec<u8>, Problem> {
+        let mut paper = Paper::new(&Budget::new(0, std::sync::Arc::default()));
+        write(&numbers, &mut paper).map(|()| paper.finish().concat())
+    }
 
     #[test]
     fn numbers_that_overflowed_are_refused() {
-        assert!(to_bytes(&vec![1.0, f64::INFINITY]).is_err());
-        assert!(to_bytes(&vec![f64::NAN]).is_err());
-        assert_eq!(to_bytes(&vec![0.1, -0.0, 5e-324]).unwrap(), b"[0.1,-0.0,5e-324]");
+        assert!(written(&[1.0, f64::INFINITY]).unwrap_err().to_string().contains("overflow"));
+        assert!(written(&[f64::NAN]).is_err());
+        assert_eq!(written(&[0.1, -0.0, 5e-324]).unwrap(), b"[0.1,-0.0,5e-324]");
+    }
+
+    #[test]
+    fn an_answer_without_room_is_refused_as_that() {
+        let problem = written(&vec![0.1; 100_000]).unwrap_err();
+        assert!(problem.to_string().contains("overloaded"), "{problem}");
+    }
+
+    #[test]
+    fn brackets_in_strings_are_no_depth() {
+        assert_eq!(depth(br#"{"a\"[[[": [[1], 2], "b\\": {}}"#), 3);
+        assert!(check_depth(b"[[[]]]", 3).is_ok());
+        assert!(check_depth(b"[[[]]]", 2).is_err());
     }
 }

@@ -1,6 +1,8 @@
 //! The edge: routes, middleware and the specification, each on one screen.
 
 pub mod basis;
+pub mod budget;
+pub mod call;
 pub mod continuity;
 pub mod convert;
 pub mod error;
@@ -10,8 +12,13 @@ pub mod health;
 pub mod interpolate;
 pub mod join;
 pub mod json;
+pub mod keys;
+pub mod observe;
+pub mod paper;
+pub mod pool;
 pub mod render;
 pub mod reshape;
+pub mod service;
 pub mod subdivide;
 pub mod surface_evaluate;
 pub mod surface_subdivide;
@@ -19,25 +26,28 @@ pub mod surface_tessellate;
 pub mod to_bspline;
 pub mod wire;
 
+use std::sync::Arc;
+
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, Request};
-use axum::http::{HeaderValue, StatusCode, Uri, header};
-use axum::middleware::{Next, from_fn};
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
+use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
+use axum::routing::get;
 use tower::ServiceBuilder;
+use tower::util::option_layer;
 use tower_http::catch_panic::CatchPanicLayer;
-use tower_http::set_header::SetResponseHeaderLayer;
+use tower_http::cors::{AllowOrigin, CorsLayer};
 use utoipa::OpenApi;
 use utoipa::openapi::RefOr;
 use utoipa::openapi::example::ExampleBuilder;
+use utoipa::openapi::security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use error::Problem;
-
-/// The largest request body: what 100,000 interpolated 3D points become fits.
-pub const MAX_BODY_BYTES: usize = 32 * 1024 * 1024;
+use service::Service;
 
 /// A request body that the specification shows and a test runs.
 #[derive(Debug, Clone, Copy)]
@@ -94,7 +104,7 @@ pub const OPERATIONS: &[(&str, &[Example])] = &[
 struct Specification;
 
 /// Every route, registered together with its documentation.
-fn routes() -> OpenApiRouter {
+fn routes() -> OpenApiRouter<Arc<Service>> {
     OpenApiRouter::with_openapi(Specification::openapi())
         .routes(routes!(evaluate::post))
         .routes(routes!(subdivide::post))
@@ -112,11 +122,13 @@ fn routes() -> OpenApiRouter {
         .routes(routes!(render::post))
         .routes(routes!(health::live))
         .routes(routes!(health::ready))
+        .routes(routes!(health::metrics))
 }
 
 /// The specification, OpenAPI 3.1, with its examples.
 pub fn openapi() -> utoipa::openapi::OpenApi {
     let mut api = routes().into_openapi();
+    describe_keys(&mut api);
     for (path, examples) in OPERATIONS {
         let operation = api.paths.paths.get_mut(*path).and_then(|item| item.post.as_mut());
         let Some(RefOr::T(body)) = operation.and_then(|operation| operation.request_body.as_mut()) else { continue };
@@ -130,29 +142,98 @@ pub fn openapi() -> utoipa::openapi::OpenApi {
     api
 }
 
+/// Either header, or neither where the operator has set no keys.
+fn describe_keys(api: &mut utoipa::openapi::OpenApi) {
+    let components = api.components.get_or_insert_default();
+    let bearer = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).description(Some("An API key, where the operator has set any."));
+    components.add_security_scheme("bearer", SecurityScheme::Http(bearer.build()));
+    let key = ApiKeyValue::with_description("X-Api-Key", "An API key, where the operator has set any.");
+    components.add_security_scheme("key", SecurityScheme::ApiKey(ApiKey::Header(key)));
+    let none: [&str; 0] = [];
+    let either = ["bearer", "key"].map(|name| SecurityRequirement::new(name, none));
+    api.security = Some([SecurityRequirement::default()].into_iter().chain(either).collect());
+}
+
 /// The service: routes, docs, and the middleware around them, outermost first.
-pub fn router() -> Router {
+pub fn router(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Router {
     let (router, _) = routes().split_for_parts();
+    let panicked = service.clone();
     let middleware = ServiceBuilder::new()
-        .layer(SetResponseHeaderLayer::if_not_present(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")))
-        .layer(CatchPanicLayer::custom(|_| Problem::internal().into_response()))
-        .layer(from_fn(problems_only))
-        .layer(from_fn(refuse_declared_size))
-        .layer(DefaultBodyLimit::max(MAX_BODY_BYTES));
+        .layer(from_fn_with_state(service.clone(), observe::observe))
+        .layer(from_fn(with_security_headers))
+        .layer(option_layer(cors(cors_origins)))
+        .layer(CatchPanicLayer::custom(move |_| {
+            panicked.metrics.panics.inc();
+            Problem::internal().into_response()
+        }))
+        .layer(from_fn_with_state(service.clone(), require_key))
+        .layer(from_fn(problems_only));
     router
+        .with_state(service.clone())
         .merge(SwaggerUi::new("/docs").url("/openapi.json", openapi()))
         .fallback(not_found)
         .method_not_allowed_fallback(method_not_allowed)
         .layer(middleware)
 }
 
-/// Refuses a body by its declared size, so that nobody sends what will not be read.
-async fn refuse_declared_size(request: Request, next: Next) -> Response {
-    let declared = request.headers().get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
-    match declared {
-        Some(bytes) if bytes > MAX_BODY_BYTES as u64 => error::body_too_large().into_response(),
-        _ => next.run(request).await,
+/// What is answered on the address of the metrics.
+pub fn metrics_router(service: &Arc<Service>) -> Router {
+    Router::new()
+        .route("/metrics", get(health::text))
+        .route("/livez", get(health::live))
+        .route("/readyz", get(health::ready))
+        .fallback(not_found)
+        .with_state(service.clone())
+}
+
+/// Which pages of other origins may call from a browser: none unless they are named.
+fn cors(origins: &[HeaderValue]) -> Option<CorsLayer> {
+    let origin = match origins {
+        [] => return None,
+        [only] if only == "*" => AllowOrigin::any(),
+        several => AllowOrigin::list(several.iter().cloned()),
+    };
+    let sent = ["content-type", "accept", "authorization", "x-api-key", "x-request-id", "traceparent", "tracestate"];
+    let read = [observe::REQUEST_ID, header::RETRY_AFTER];
+    let layer = CorsLayer::new().allow_origin(origin).allow_methods([Method::GET, Method::POST]);
+    let two_hours = std::time::Duration::from_secs(7_200);
+    Some(layer.allow_headers(sent.map(HeaderName::from_static)).expose_headers(read).max_age(two_hours))
+}
+
+/// Headers that keep a browser from doing more with an answer than reading it.
+async fn with_security_headers(request: Request, next: Next) -> Response {
+    let is_page = request.uri().path().starts_with("/docs");
+    let mut response = next.run(request).await;
+    let policy = if is_page {
+        "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-ancestors 'none'"
+    } else {
+        "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
+    };
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    if !is_page {
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     }
+    response
+}
+
+/// Operations and metrics ask for a key where keys are set; probes and documentation do not.
+async fn require_key(State(service): State<Arc<Service>>, request: Request, next: Next) -> Response {
+    let path = request.uri().path();
+    let open = !(path.starts_with("/v1/") || path == "/metrics");
+    if open || !service.keys.are_required() || service.keys.admit(request.headers()) {
+        return next.run(request).await;
+    }
+    unauthorized(request.headers()).into_response()
+}
+
+fn unauthorized(headers: &HeaderMap) -> Problem {
+    let given = headers.contains_key(header::AUTHORIZATION) || headers.contains_key("x-api-key");
+    let what = if given { "the API key is not known" } else { "no API key was sent" };
+    let detail = format!("{what}; send a valid one as Authorization: Bearer KEY, or as X-Api-Key: KEY");
+    Problem::new(StatusCode::UNAUTHORIZED, "unauthorized", "An API key is needed", detail)
 }
 
 /// The docs answer an unknown file in plain text; this service answers every error as a problem.

@@ -1,13 +1,10 @@
 //! `POST /v1/render`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond_svg;
 use super::wire::{Curve, Dimensioned, Surface, Whole, list, missing, need, whole};
 use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::limits;
@@ -101,8 +98,8 @@ pub const EXAMPLES: &[Example] = &[
     request_body = RenderRequest,
     responses((status = 200, description = "The picture.", body = String, content_type = "image/svg+xml"), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond_svg(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.svg(operation).await
 }
 
 /// Request to picture, without HTTP.

@@ -1,13 +1,10 @@
 //! `POST /v1/reshape`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Basis, Continuity, Curve, Dimensioned, Points, ReportStyle, bases, need};
 use crate::core::curve::{self, Bases};
 use crate::core::error::{At, Error};
@@ -83,8 +80,8 @@ pub const EXAMPLES: &[Example] = &[
     request_body = ReshapeRequest,
     responses((status = 200, description = "The bent curve.", body = ReshapeAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, |_| false).await
 }
 
 /// Request to answer, without HTTP.

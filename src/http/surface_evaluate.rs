@@ -1,13 +1,10 @@
 //! `POST /v1/surfaces/evaluate`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Points, Surface, SurfaceDomain, Tuple, Whole, list, need, space_list, whole};
 use crate::core::error::{At, Error};
 use crate::core::limits;
@@ -114,8 +111,16 @@ pub const EXAMPLES: &[Example] = &[
     request_body = SurfaceEvaluateRequest,
     responses((status = 200, description = "The samples.", body = SurfaceEvaluateAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, is_small).await
+}
+
+/// Whether it costs less than handing it to another thread.
+fn is_small(request: &SurfaceEvaluateRequest) -> bool {
+    let points = |rows: &Vec<Points>| rows.iter().map(Points::len).sum::<usize>();
+    let net = request.surface.as_ref().and_then(|surface| surface.control_net.as_ref()).map_or(0, points);
+    let grid = |at: &SurfaceSampling| at.u.zip(at.v).map(|(u, v)| u.0.saturating_mul(v.0)).or(at.values.as_ref().map(Vec::len));
+    net <= 25 && request.at.as_ref().is_none_or(|at| grid(at).is_some_and(|samples| samples <= 200))
 }
 
 /// Request to answer, without HTTP.

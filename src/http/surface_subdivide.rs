@@ -1,13 +1,10 @@
 //! `POST /v1/surfaces/subdivide`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::subdivide::Form;
 use super::wire::{Surface, SurfaceDomain, need};
 use crate::core::error::{At, Error};
@@ -87,8 +84,8 @@ pub const EXAMPLES: &[Example] = &[
     request_body = SurfaceSubdivideRequest,
     responses((status = 200, description = "The pieces.", body = SurfaceSubdivideAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, |_| false).await
 }
 
 /// Request to answer, without HTTP.

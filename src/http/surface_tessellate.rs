@@ -1,13 +1,10 @@
 //! `POST /v1/surfaces/tessellate`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Points, Surface, Tuple, Whole, need, number, space_list};
 use crate::core::error::{At, Error};
 use crate::core::surface as core;
@@ -68,8 +65,8 @@ pub const EXAMPLES: &[Example] = &[
     request_body = SurfaceTessellateRequest,
     responses((status = 200, description = "The mesh.", body = SurfaceTessellateAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, |_| false).await
 }
 
 /// Request to answer, without HTTP.

@@ -1,13 +1,10 @@
 //! `POST /v1/to-bspline`.
 
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
 use axum::response::Response;
 
 use super::Example;
+use super::call::Call;
 use super::error::Problems;
-use super::json::respond;
 use super::wire::{Curve, Dimensioned, Points, Whole, need, number};
 use crate::core::curve;
 use crate::core::error::{At, Error};
@@ -96,8 +93,13 @@ pub const EXAMPLES: &[Example] = &[
     request_body = ToBsplineRequest,
     responses((status = 200, description = "The B-spline.", body = ToBsplineAnswer), Problems)
 )]
-pub async fn post(headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Response {
-    respond(headers, body, operation).await
+pub async fn post(call: Call) -> Response {
+    call.json(operation, is_small).await
+}
+
+/// Whether it costs less than handing it to another thread.
+fn is_small(request: &ToBsplineRequest) -> bool {
+    request.curve.as_ref().is_none_or(Curve::is_small)
 }
 
 /// Request to answer, without HTTP.

@@ -32,8 +32,13 @@ pub fn binary() -> Command {
 
 impl Server {
     pub fn start() -> Self {
+        Self::with(&[])
+    }
+
+    /// With settings as flags; stops without grace, logs only what is wrong with it.
+    pub fn with(settings: &[&str]) -> Self {
         let mut command = binary();
-        command.args(["serve", "--listen", "127.0.0.1:0"]).env_remove("SPRINGLINE_LISTEN");
+        command.args(["serve", "--listen", "127.0.0.1:0", "--grace", "0s", "--log", "error"]).args(settings);
         Self::run(command)
     }
 

@@ -85,6 +85,13 @@ impl Dimensioned {
 }
 
 impl Curve {
+    /// Whether work that is linear in the segments costs less than handing it to another thread.
+    pub fn is_small(&self) -> bool {
+        let points = self.control_points.as_ref().map_or(0, Points::len);
+        let order = self.order.or(self.degree).map_or(points, |order| order.0);
+        points <= 256 && order <= 16 && self.bases.as_ref().map_or(0, Vec::len) <= 8
+    }
+
     /// The core's curve.
     ///
     /// # Errors

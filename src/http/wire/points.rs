@@ -55,6 +55,19 @@ impl From<Point<3>> for Vector {
 }
 
 impl Points {
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Points::Plane(points) => points.len(),
+            Points::Space(points) => points.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// The points, if they are 2D.
     ///
     /// # Errors

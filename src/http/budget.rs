@@ -1,0 +1,76 @@
+//! Memory for bodies and answers on their way, reserved before it is spent.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::metrics::Metrics;
+
+/// So many bytes at once, and no more.
+#[derive(Debug)]
+pub struct Budget {
+    held: AtomicUsize,
+    most: usize,
+    metrics: Arc<Metrics>,
+}
+
+/// Bytes reserved, given back on drop.
+#[derive(Debug)]
+pub struct Reservation {
+    budget: Arc<Budget>,
+    bytes: usize,
+}
+
+/// There is no room.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoRoom;
+
+impl Budget {
+    /// A budget of this many bytes.
+    pub fn new(most: usize, metrics: Arc<Metrics>) -> Arc<Self> {
+        Arc::new(Budget { held: AtomicUsize::new(0), most, metrics })
+    }
+}
+
+impl Reservation {
+    /// Nothing yet.
+    pub fn of(budget: &Arc<Budget>) -> Self {
+        Reservation { budget: budget.clone(), bytes: 0 }
+    }
+
+    /// Reserves more, until this many bytes are held.
+    ///
+    /// # Errors
+    /// [`NoRoom`]; what is held stays held.
+    pub fn grow_to(&mut self, bytes: usize) -> Result<(), NoRoom> {
+        let more = bytes.saturating_sub(self.bytes);
+        let room = |held: usize| held.checked_add(more).filter(|held| *held <= self.budget.most);
+        self.budget.held.fetch_update(Ordering::Relaxed, Ordering::Relaxed, room).map_err(|_| NoRoom)?;
+        self.budget.metrics.held_bytes.inc_by(more as i64);
+        self.bytes += more;
+        Ok(())
+    }
+}
+
+impl Drop for Reservation {
+    fn drop(&mut self) {
+        self.budget.held.fetch_sub(self.bytes, Ordering::Relaxed);
+        self.budget.metrics.held_bytes.dec_by(self.bytes as i64);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_dropped_is_free_again() {
+        let budget = Budget::new(100, Arc::default());
+        let (mut first, mut second) = (Reservation::of(&budget), Reservation::of(&budget));
+        assert_eq!(first.grow_to(60), Ok(()));
+        assert_eq!(first.grow_to(50), Ok(()), "less is held already");
+        assert_eq!(second.grow_to(41), Err(NoRoom));
+        assert_eq!(second.grow_to(40), Ok(()));
+        drop(first);
+        assert_eq!(second.grow_to(100), Ok(()));
+    }
+}

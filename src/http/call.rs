@@ -1,0 +1,228 @@
+//! One call of an operation: the body read within its limits, the computation run where it belongs, the answer written.
+
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use axum::body::{Body, HttpBody};
+use axum::extract::{FromRequest, Request};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+use http_body_util::BodyExt;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use tokio::time::{Instant, timeout};
+
+use super::budget::{NoRoom, Reservation};
+use super::error::Problem;
+use super::json;
+use super::paper::{Paper, SHEET, Sheets};
+use super::pool::Failure;
+use super::service::Service;
+use crate::core::error::Error;
+use crate::metrics::Reason;
+
+/// A body up to this size is read without being counted against the budget, and parsed where it arrives.
+const SMALL: usize = 16 * 1024;
+
+/// A request to an operation, its body read.
+pub struct Call {
+    service: Arc<Service>,
+    body: Received,
+    deadline: Instant,
+}
+
+/// A body and the memory reserved for it.
+struct Received {
+    bytes: Bytes,
+    _reservation: Reservation,
+}
+
+impl FromRequest<Arc<Service>> for Call {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, service: &Arc<Service>) -> Result<Self, Problem> {
+        check_media_type(request.headers())?;
+        let declared = request.body().size_hint().exact();
+        if declared.is_some_and(|bytes| bytes > service.max_body as u64) {
+            return Err(too_large(service));
+        }
+        // A long body that would find no worker is refused before it is read.
+        if declared.is_none_or(|bytes| bytes > SMALL as u64) && !service.pool.has_room() {
+            return Err(refused(service, Reason::queue));
+        }
+        let received = timeout(service.body_time, receive(request.into_body(), declared, service)).await;
+        let body = received.map_err(|_| body_too_slow(service))??;
+        Ok(Call { service: service.clone(), body, deadline: Instant::now() + service.deadline })
+    }
+}
+
+fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
+    let given = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
+    let essence = given.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
+    if essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json")) {
+        return Ok(());
+    }
+    let was = if given.is_empty() { "no Content-Type was sent".to_owned() } else { format!("the Content-Type is {given}") };
+    let detail = format!("{was}; send the header Content-Type: application/json");
+    Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
+}
+
+async fn receive(mut body: Body, declared: Option<u64>, service: &Service) -> Result<Received, Problem> {
+    let mut reservation = Reservation::of(&service.budget);
+    let mut reserve = |bytes: usize| match bytes {
+        ..=SMALL => Ok(()),
+        _ => reservation.grow_to(bytes).map_err(|NoRoom| refused(service, Reason::memory)),
+    };
+    // The length is checked by now, and the budget keeps what is only promised.
+    let expected = declared.unwrap_or(0) as usize;
+    reserve(expected)?;
+    let mut collected: Option<Vec<u8>> = None;
+    while let Some(frame) = body.frame().await {
+        let Ok(data) = frame.map_err(|_| incomplete())?.into_data() else { continue };
+        if collected.is_none() && data.len() as u64 == declared.unwrap_or(u64::MAX) {
+            return Ok(Received { bytes: data, _reservation: reservation });
+        }
+        let collected = collected.get_or_insert_with(|| Vec::with_capacity(expected));
+        let needed = collected.len() + data.len();
+        if needed > service.max_body {
+            return Err(too_large(service));
+        }
+        if needed > collected.capacity() {
+            let capacity = (2 * collected.capacity()).max(needed).max(SMALL).min(service.max_body);
+            reserve(capacity)?;
+            collected.reserve_exact(capacity - collected.len());
+        }
+        collected.extend_from_slice(&data);
+    }
+    Ok(Received { bytes: collected.unwrap_or_default().into(), _reservation: reservation })
+}
+
+fn incomplete() -> Problem {
+    Problem::new(StatusCode::BAD_REQUEST, "unreadable_body", "The body could not be read", "the body ended before all of it arrived")
+}
+
+fn too_large(service: &Service) -> Problem {
+    let detail = format!("the body exceeds {} bytes; send the data in parts", service.max_body);
+    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", detail)
+}
+
+fn body_too_slow(service: &Service) -> Problem {
+    let detail = format!("the body did not arrive within {} s; send it faster, or in parts", service.body_time.as_secs_f64());
+    Problem::new(StatusCode::REQUEST_TIMEOUT, "body_timeout", "The body took too long", detail)
+}
+
+/// There is no room now; counts it.
+fn refused(service: &Service, reason: Reason) -> Problem {
+    service.metrics.shed(reason);
+    let what =
+        if reason == Reason::memory { "the memory for bodies and answers is in use" } else { "all workers are busy and the queue is full" };
+    Problem::overloaded(what)
+}
+
+/// How an operation writes its answer.
+type Writer<Answer> = fn(&Answer, &mut Paper) -> Result<(), Problem>;
+
+impl Call {
+    /// Answers with JSON; `is_small` says which requests cost less than handing them to another thread is worth.
+    pub async fn json<Request, Answer>(self, operation: fn(Request) -> Result<Answer, Error>, is_small: fn(&Request) -> bool) -> Response
+    where
+        Request: DeserializeOwned + Send + 'static,
+        Answer: Serialize + 'static,
+    {
+        self.answer("application/json", operation, is_small, json::write).await
+    }
+
+    /// Answers with a picture.
+    pub async fn svg<Request>(self, operation: fn(Request) -> Result<String, Error>) -> Response
+    where
+        Request: DeserializeOwned + Send + 'static,
+    {
+        let write: Writer<String> = |text, paper| {
+            let mut sheets = text.as_bytes().chunks(SHEET);
+            sheets.try_for_each(|sheet| paper.write_all(sheet)).map_err(json::not_written)
+        };
+        self.answer("image/svg+xml", operation, |_| false, write).await
+    }
+
+    async fn answer<Request, Answer>(
+        self,
+        media_type: &'static str,
+        operation: fn(Request) -> Result<Answer, Error>,
+        is_small: fn(&Request) -> bool,
+        write: Writer<Answer>,
+    ) -> Response
+    where
+        Request: DeserializeOwned + Send + 'static,
+        Answer: 'static,
+    {
+        match self.compute(operation, is_small, write).await {
+            Ok(sheets) => {
+                let head = [(header::CONTENT_TYPE, HeaderValue::from_static(media_type)), (header::CONTENT_LENGTH, sheets.len().into())];
+                (head, Body::from(sheets)).into_response()
+            }
+            Err(problem) => problem.into_response(),
+        }
+    }
+
+    async fn compute<Request, Answer>(
+        self,
+        operation: fn(Request) -> Result<Answer, Error>,
+        is_small: fn(&Request) -> bool,
+        write: Writer<Answer>,
+    ) -> Result<Sheets, Problem>
+    where
+        Request: DeserializeOwned + Send + 'static,
+        Answer: 'static,
+    {
+        let Call { service, body, deadline } = self;
+        let budget = service.budget.clone();
+        let written = move |request: Request| -> Result<Sheets, Problem> {
+            let mut paper = Paper::new(&budget);
+            write(&operation(request)?, &mut paper)?;
+            Ok(paper.finish())
+        };
+        let max_depth = service.max_depth;
+        let result = if body.bytes.len() > SMALL {
+            let job = move || {
+                let request = read(&body.bytes, max_depth);
+                drop(body);
+                written(request?)
+            };
+            service.pool.run(deadline, job).await
+        } else {
+            let request: Request = read(&body.bytes, max_depth)?;
+            if is_small(&request) {
+                catch_unwind(AssertUnwindSafe(|| written(request))).map_err(|_| Failure::Panicked)
+            } else {
+                service.pool.run(deadline, move || written(request)).await
+            }
+        };
+        match result {
+            Ok(Err(problem)) if problem.code() == "overloaded" => Err(refused(&service, Reason::memory)),
+            Ok(done) => done,
+            Err(failure) => Err(failed(&service, failure)),
+        }
+    }
+}
+
+fn read<Request: DeserializeOwned>(body: &[u8], max_depth: usize) -> Result<Request, Problem> {
+    json::check_depth(body, max_depth)?;
+    json::from_bytes(body)
+}
+
+fn failed(service: &Service, failure: Failure) -> Problem {
+    match failure {
+        Failure::Full => refused(service, Reason::queue),
+        Failure::Deadline => {
+            let detail =
+                format!("the answer was not ready within {} s; ask for less at once, or try again later", service.deadline.as_secs_f64());
+            Problem::new(StatusCode::GATEWAY_TIMEOUT, "deadline", "The deadline has passed", detail)
+        }
+        Failure::Panicked => {
+            service.metrics.panics.inc();
+            Problem::internal()
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! What an answer is written on: sheets that are sent one after the other, each freed when it is sent.
+
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::io;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+
+use axum::body::Body;
+use bytes::Bytes;
+use http_body::{Frame, SizeHint};
+
+use super::budget::{Budget, Reservation};
+use crate::core::work;
+
+/// The size of a sheet. An answer within one sheet is not counted against the budget.
+pub const SHEET: usize = 256 * 1024;
+/// What most answers fit on.
+const FIRST: usize = 4 * 1024;
+
+/// A text being written.
+#[derive(Debug)]
+pub struct Paper {
+    full: VecDeque<Bytes>,
+    sheet: Vec<u8>,
+    budget: Arc<Budget>,
+    reservation: Option<Reservation>,
+}
+
+/// Why writing stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Stopped {
+    /// The budget is spent.
+    #[error("there is no room for the answer")]
+    NoRoom,
+    /// Nobody waits for the answer.
+    #[error("nobody waits for the answer")]
+    Cancelled,
+}
+
+/// A sheet with its part of the budget.
+struct Held {
+    text: Vec<u8>,
+    _reservation: Option<Reservation>,
+}
+
+impl AsRef<[u8]> for Held {
+    fn as_ref(&self) -> &[u8] {
+        &self.text
+    }
+}
+
+/// A finished text; the body of an answer.
+#[derive(Debug)]
+pub struct Sheets {
+    sheets: VecDeque<Bytes>,
+    left: u64,
+}
+
+impl Paper {
+    /// A blank sheet.
+    pub fn new(budget: &Arc<Budget>) -> Self {
+        Paper { full: VecDeque::new(), sheet: Vec::with_capacity(FIRST), budget: budget.clone(), reservation: None }
+    }
+
+    /// Puts the full sheet away and takes a blank one that is paid for.
+    fn turn(&mut self) -> Result<(), Stopped> {
+        work::checkpoint().map_err(|_| Stopped::Cancelled)?;
+        let mut reservation = Reservation::of(&self.budget);
+        reservation.grow_to(SHEET).map_err(|_| Stopped::NoRoom)?;
+        let text = std::mem::replace(&mut self.sheet, Vec::with_capacity(SHEET));
+        let held = Held { text, _reservation: self.reservation.replace(reservation) };
+        self.full.push_back(Bytes::from_owner(held));
+        Ok(())
+    }
+
+    /// The text, to be sent.
+    pub fn finish(mut self) -> Sheets {
+        let held = Held { text: self.sheet, _reservation: self.reservation };
+        self.full.push_back(Bytes::from_owner(held));
+        let left = self.full.iter().map(|sheet| sheet.len() as u64).sum();
+        Sheets { sheets: self.full, left }
+    }
+}
+
+impl io::Write for Paper {
+    #[inline]
+    fn write(&mut self, text: &[u8]) -> io::Result<usize> {
+        self.write_all(text).map(|()| text.len())
+    }
+
+    #[inline]
+    fn write_all(&mut self, text: &[u8]) -> io::Result<()> {
+        if self.sheet.len() + text.len() > SHEET && !self.sheet.is_empty() {
+            self.turn().map_err(io::Error::other)?;
+        }
+        self.sheet.extend_from_slice(text);
+        Ok(())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Sheets {
+    /// Bytes not yet sent.
+    pub fn len(&self) -> u64 {
+        self.left
+    }
+
+    /// Whether all is sent.
+    pub fn is_empty(&self) -> bool {
+        self.left == 0
+    }
+
+    /// The text in one piece.
+    pub fn concat(&self) -> Vec<u8> {
+        self.sheets.iter().flat_map(|sheet| sheet.iter().copied()).collect()
+    }
+}
+
+impl From<Sheets> for Body {
+    fn from(mut sheets: Sheets) -> Self {
+        match sheets.sheets.len() {
+            0 | 1 => Body::from(sheets.sheets.pop_front().unwrap_or_default()),
+            _ => Body::new(sheets),
+        }
+    }
+}
+
+impl http_body::Body for Sheets {
+    type Data = Bytes;
+    type Error = Infallible;
+
+    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
+        let sheet = self.sheets.pop_front();
+        self.left -= sheet.as_ref().map_or(0, |sheet| sheet.len() as u64);
+        Poll::Ready(sheet.map(|sheet| Ok(Frame::data(sheet))))
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.sheets.is_empty()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        SizeHint::with_exact(self.left)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use http_body_util::BodyExt;
+
+    use super::*;
+
+    fn budget(sheets: usize) -> Arc<Budget> {
+        Budget::new(sheets * SHEET, Arc::default())
+    }
+
+    #[tokio::test]
+    async fn a_long_text_arrives_whole_and_frees_its_sheets() {
+        let budget = budget(3);
+        let mut paper = Paper::new(&budget);
+        let line = [b'x'; 1000];
+        (0..1000).for_each(|_| paper.write_all(&line).unwrap());
+        let sheets = paper.finish();
+        assert_eq!(sheets.len(), 1_000_000);
+        let body = Body::from(sheets);
+        assert_eq!(http_body::Body::size_hint(&body).exact(), Some(1_000_000));
+        let whole = body.collect().await.unwrap().to_bytes();
+        assert_eq!(whole.len(), 1_000_000);
+        let mut all = Reservation::of(&budget);
+        assert!(all.grow_to(3 * SHEET).is_ok(), "everything is given back");
+    }
+
+    #[test]
+    fn the_budget_ends_the_text() {
+        let mut paper = Paper::new(&budget(1));
+        let lines = std::iter::repeat_with(|| paper.write_all(&[0; 1000]));
+        let written = lines.take_while(Result::is_ok).count();
+        assert_eq!(written, 2 * (SHEET / 1000), "the first sheet is free, the second is paid for");
+    }
+}

@@ -1,0 +1,72 @@
+//! What all requests share.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use super::budget::Budget;
+use super::keys::Keys;
+use super::pool::Pool;
+use crate::config::Config;
+use crate::metrics::Metrics;
+use crate::traces::Traces;
+
+/// The state of the service: everything a request needs beside itself.
+#[derive(Debug)]
+pub struct Service {
+    /// Where computations run.
+    pub pool: Pool,
+    /// Memory for bodies and answers.
+    pub budget: Arc<Budget>,
+    /// What is counted.
+    pub metrics: Arc<Metrics>,
+    /// Who may ask.
+    pub keys: Keys,
+    /// Where spans go.
+    pub traces: Option<Traces>,
+    /// The largest body.
+    pub max_body: usize,
+    /// The deepest JSON.
+    pub max_depth: usize,
+    /// Time for a body.
+    pub body_time: Duration,
+    /// Time for a computation.
+    pub deadline: Duration,
+    /// Whether `/metrics` is answered elsewhere.
+    pub metrics_elsewhere: bool,
+    stopping: AtomicBool,
+}
+
+impl Service {
+    /// Starts the threads and reads the keys.
+    ///
+    /// # Errors
+    /// Keys that cannot be read, threads that cannot be started.
+    pub fn start(config: &Config) -> Result<Arc<Self>, String> {
+        let metrics = Arc::new(Metrics::default());
+        let pool = Pool::start(config.worker_count(), config.queue, metrics.clone());
+        Ok(Arc::new(Service {
+            pool: pool.map_err(|error| format!("cannot start the compute threads: {error}"))?,
+            budget: Budget::new(config.memory.0, metrics.clone()),
+            keys: Keys::new(&config.api_keys, config.api_keys_file.clone())?,
+            traces: config.otlp_endpoint.as_deref().map(Traces::start).transpose()?,
+            max_body: config.max_body.0,
+            max_depth: config.max_depth,
+            body_time: config.body_time.0,
+            deadline: config.deadline.0,
+            metrics_elsewhere: config.metrics_listen.is_some(),
+            stopping: AtomicBool::new(false),
+            metrics,
+        }))
+    }
+
+    /// From now on the service is not ready.
+    pub fn stop(&self) {
+        self.stopping.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it has been told to stop.
+    pub fn is_stopping(&self) -> bool {
+        self.stopping.load(Ordering::Relaxed)
+    }
+}

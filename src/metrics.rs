@@ -1,0 +1,176 @@
+//! What the service counts, in the text format of OpenMetrics.
+
+use std::sync::atomic::AtomicU64;
+
+use prometheus_client::encoding::text::encode;
+use prometheus_client::encoding::{EncodeLabelSet, EncodeLabelValue};
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::family::{Family, MetricConstructor};
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::metrics::histogram::Histogram;
+use prometheus_client::metrics::info::Info;
+use prometheus_client::registry::{Registry, Unit};
+
+/// The media type of [`Metrics::text`].
+pub const MEDIA_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+
+/// Route, method and status of an answer; the route as the specification writes it, or `none`.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+pub struct Answered {
+    /// The path.
+    pub route: String,
+    /// The method.
+    pub method: String,
+    /// The status.
+    pub status: u16,
+}
+
+/// A route.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+pub struct Route {
+    /// The path.
+    pub route: String,
+}
+
+/// Why something was refused or ended.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, EncodeLabelSet)]
+pub struct Because {
+    /// The reason.
+    pub reason: Reason,
+}
+
+/// The reasons.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, EncodeLabelValue)]
+#[allow(non_camel_case_types, reason = "the names are the label values")]
+pub enum Reason {
+    /// The queue of computations is full.
+    queue,
+    /// The memory for bodies and answers is in use.
+    memory,
+    /// Too many connections.
+    connections,
+    /// The head of a request took too long.
+    head,
+    /// A connection without a request for too long.
+    idle,
+    /// The client took too long to take the answer.
+    answer,
+    /// The service stops.
+    stop,
+    /// The deadline passed.
+    deadline,
+    /// The client left.
+    client,
+}
+
+/// The bounds of a histogram.
+#[derive(Debug, Clone)]
+pub struct Buckets(&'static [f64]);
+
+impl MetricConstructor<Histogram> for Buckets {
+    fn new_metric(&self) -> Histogram {
+        Histogram::new(self.0.iter().copied())
+    }
+}
+
+const SECONDS: Buckets =
+    Buckets(&[0.000_1, 0.000_25, 0.000_5, 0.001, 0.002_5, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0]);
+const BYTES: Buckets = Buckets(&[256.0, 1024.0, 4096.0, 16384.0, 65536.0, 262_144.0, 1_048_576.0, 4_194_304.0, 16_777_216.0, 67_108_864.0]);
+
+type Histograms = Family<Route, Histogram, Buckets>;
+
+/// Every metric.
+#[derive(Debug)]
+pub struct Metrics {
+    registry: Registry,
+    /// Answers by route, method and status.
+    pub requests: Family<Answered, Counter>,
+    /// From the head of the request to the head of the answer.
+    pub duration: Histograms,
+    /// Requests being answered.
+    pub in_flight: Gauge,
+    /// Work size: bytes of the bodies received.
+    pub request_bytes: Histograms,
+    /// Work size: bytes of the answers.
+    pub answer_bytes: Histograms,
+    /// Computations waiting for a worker.
+    pub queued: Gauge,
+    /// Computations running.
+    pub running: Gauge,
+    /// Requests and connections refused because the service is full.
+    pub shed: Family<Because, Counter>,
+    /// Computations stopped before their end.
+    pub cancelled: Family<Because, Counter>,
+    /// Panics; each answered with 500.
+    pub panics: Counter<u64, AtomicU64>,
+    /// Open connections.
+    pub connections: Gauge,
+    /// Connections closed by the service.
+    pub closed: Family<Because, Counter>,
+    /// Bytes held for bodies and answers on their way.
+    pub held_bytes: Gauge,
+}
+
+impl Default for Metrics {
+    fn default() -> Self {
+        let seconds = || Histograms::new_with_constructor(SECONDS);
+        let bytes = || Histograms::new_with_constructor(BYTES);
+        let mut metrics = Metrics {
+            registry: Registry::with_prefix("springline"),
+            requests: Family::default(),
+            duration: seconds(),
+            in_flight: Gauge::default(),
+            request_bytes: bytes(),
+            answer_bytes: bytes(),
+            queued: Gauge::default(),
+            running: Gauge::default(),
+            shed: Family::default(),
+            cancelled: Family::default(),
+            panics: Counter::default(),
+            connections: Gauge::default(),
+            closed: Family::default(),
+            held_bytes: Gauge::default(),
+        };
+        metrics.register();
+        metrics
+    }
+}
+
+impl Metrics {
+    fn register(&mut self) {
+        let registry = &mut self.registry;
+        registry.register("requests", "Answers by route, method and status", self.requests.clone());
+        let help = "From the head of the request to the head of the answer";
+        registry.register_with_unit("request_duration", help, Unit::Seconds, self.duration.clone());
+        registry.register("requests_in_flight", "Requests being answered", self.in_flight.clone());
+        registry.register_with_unit("request_size", "Bodies received", Unit::Bytes, self.request_bytes.clone());
+        registry.register_with_unit("answer_size", "Answers", Unit::Bytes, self.answer_bytes.clone());
+        registry.register("queue_depth", "Computations waiting for a worker", self.queued.clone());
+        registry.register("computations_running", "Computations running", self.running.clone());
+        registry.register("shed", "Requests and connections refused because the service is full", self.shed.clone());
+        registry.register("computations_cancelled", "Computations stopped before their end", self.cancelled.clone());
+        registry.register("panics", "Panics; each answered with 500", self.panics.clone());
+        registry.register("connections", "Open connections", self.connections.clone());
+        registry.register("connections_closed", "Connections closed by the service", self.closed.clone());
+        registry.register_with_unit("held", "Memory of bodies and answers on their way", Unit::Bytes, self.held_bytes.clone());
+        let build = Info::new([
+            ("version", env!("CARGO_PKG_VERSION")),
+            ("target_arch", std::env::consts::ARCH),
+            ("target_os", std::env::consts::OS),
+        ]);
+        registry.register("build", "What is running", build);
+    }
+
+    /// One thing more that was refused.
+    pub fn shed(&self, reason: Reason) {
+        self.shed.get_or_create(&Because { reason }).inc();
+    }
+
+    /// Every metric as text.
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        let _ = encode(&mut text, &self.registry);
+        text
+    }
+}

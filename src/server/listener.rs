@@ -1,0 +1,128 @@
+//! The accept loop: one task for each connection, and no more of them than allowed.
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::response::IntoResponse;
+use http_body_util::BodyExt;
+use tokio::io::AsyncWriteExt;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Semaphore, watch};
+use tokio::time::{sleep, timeout};
+use tokio_rustls::TlsAcceptor;
+
+use super::Stage;
+use super::connection::{self, Times};
+use crate::config::Config;
+use crate::http::error::Problem;
+use crate::http::service::Service;
+use crate::metrics::{Metrics, Reason};
+
+/// Connections beyond the limit that are told so at the same time; others are closed without a word.
+const TURNED_AWAY: usize = 64;
+
+/// Takes connections on one address.
+pub struct Listener {
+    socket: TcpListener,
+    router: Router,
+    tls: Option<TlsAcceptor>,
+    metrics: Arc<Metrics>,
+    times: Times,
+    most: usize,
+}
+
+impl Listener {
+    pub fn new(socket: TcpListener, router: Router, tls: Option<TlsAcceptor>, service: &Service, config: &Config) -> Self {
+        Listener { socket, router, tls, metrics: service.metrics.clone(), times: Times::of(config), most: config.connections }
+    }
+
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.socket.local_addr()
+    }
+
+    /// Takes connections until draining begins, then waits until all have ended.
+    pub async fn run(self, stage: watch::Receiver<Stage>) {
+        let places = Arc::new(Semaphore::new(self.most));
+        let turned_away = Arc::new(Semaphore::new(TURNED_AWAY));
+        let mut draining = stage.clone();
+        loop {
+            let accepted = tokio::select! {
+                _ = draining.wait_for(|stage| *stage == Stage::Draining) => break,
+                accepted = self.socket.accept() => accepted,
+            };
+            let stream = match accepted {
+                Ok((stream, _)) => stream,
+                Err(error) => {
+                    recover(&error).await;
+                    continue;
+                }
+            };
+            // Answers are written whole: waiting for more to send only delays them.
+            let _ = stream.set_nodelay(true);
+            if let Ok(place) = places.clone().try_acquire_owned() {
+                let serving = self.connection(stream, stage.clone());
+                tokio::spawn(async move {
+                    serving.await;
+                    drop(place);
+                });
+            } else {
+                self.metrics.shed(Reason::connections);
+                if let Ok(place) = turned_away.clone().try_acquire_owned() {
+                    tokio::spawn(async move {
+                        let _ = timeout(Duration::from_secs(1), turn_away(stream)).await;
+                        drop(place);
+                    });
+                }
+            }
+        }
+        drop(self.socket);
+        // Every place is free when every connection has ended.
+        let all = u32::try_from(self.most).unwrap_or(u32::MAX);
+        let _ = places.acquire_many(all).await;
+    }
+
+    /// Serves one connection to its end.
+    fn connection(&self, stream: TcpStream, stage: watch::Receiver<Stage>) -> impl Future<Output = ()> + use<> {
+        let (router, tls, metrics, times) = (self.router.clone(), self.tls.clone(), self.metrics.clone(), self.times);
+        async move {
+            metrics.connections.inc();
+            match tls {
+                None => connection::serve(stream, router, times, stage, &metrics).await,
+                // A handshake that fails or takes too long is no connection.
+                Some(tls) => {
+                    if let Ok(Ok(stream)) = timeout(times.head, tls.accept(stream)).await {
+                        connection::serve(stream, router, times, stage, &metrics).await;
+                    }
+                }
+            }
+            metrics.connections.dec();
+        }
+    }
+}
+
+/// After an error of accepting: some pass with the connection they belong to, others (no files left) with time.
+async fn recover(error: &io::Error) {
+    use io::ErrorKind as K;
+    if !matches!(error.kind(), K::ConnectionAborted | K::ConnectionReset | K::ConnectionRefused | K::Interrupted) {
+        tracing::error!(%error, "cannot take connections");
+        sleep(Duration::from_millis(100)).await;
+    }
+}
+
+/// Tells a client that there are too many.
+async fn turn_away(mut stream: TcpStream) -> io::Result<()> {
+    let response = Problem::overloaded("too many connections are open").into_response();
+    let (head, body) = response.into_parts();
+    let body = body.collect().await.map(http_body_util::Collected::to_bytes).unwrap_or_default();
+    let mut text = b"HTTP/1.1 503 Service Unavailable\r\nconnection: close\r\n".to_vec();
+    for (name, value) in &head.headers {
+        text.extend([name.as_str().as_bytes(), b": ", value.as_bytes(), b"\r\n"].concat());
+    }
+    text.extend(format!("content-length: {}\r\n\r\n", body.len()).into_bytes());
+    text.extend(&body);
+    stream.write_all(&text).await?;
+    connection::linger(&mut stream).await
+}

@@ -1,0 +1,140 @@
+//! Runs the service.
+
+mod connection;
+mod listener;
+mod signals;
+mod tls;
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::http::HeaderValue;
+use tokio::net::TcpListener;
+use tokio::sync::watch;
+use tokio::time::{interval, sleep, timeout};
+
+use crate::config::Config;
+use crate::http;
+use crate::http::service::Service;
+use listener::Listener;
+pub use signals::Signals;
+
+/// How far the service has come with stopping.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// It serves.
+    Serving,
+    /// It says that it is not ready, and serves who comes nevertheless.
+    Grace,
+    /// It finishes what runs.
+    Draining,
+}
+
+/// A service that listens and does not serve yet.
+pub struct Server {
+    service: Arc<Service>,
+    config: Config,
+    main: Listener,
+    metrics: Option<Listener>,
+}
+
+impl Server {
+    /// Takes the addresses, reads keys and certificates, starts the threads.
+    ///
+    /// # Errors
+    /// A setting that cannot be had, by name.
+    pub async fn bind(config: Config) -> Result<Self, String> {
+        // As many files as the system allows: each connection is one.
+        let _ = rlimit::increase_nofile_limit(u64::MAX);
+        crate::core::limits::lower(config.limits()).map_err(|error| error.to_string())?;
+        let service = Service::start(&config)?;
+        let tls = tls::acceptor(&config)?;
+        let origins = origins(&config.cors_origins)?;
+        let router = http::router(&service, &origins);
+        let main = Listener::new(bind(config.listen).await?, router, tls, &service, &config);
+        let metrics = match config.metrics_listen {
+            Some(address) => Some(Listener::new(bind(address).await?, http::metrics_router(&service), None, &service, &config)),
+            None => None,
+        };
+        Ok(Server { service, config, main, metrics })
+    }
+
+    /// Where it listens.
+    ///
+    /// # Errors
+    /// The system does not say.
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.main.address()
+    }
+
+    /// The address as a client writes it.
+    ///
+    /// # Errors
+    /// As [`Server::address`].
+    pub fn url(&self) -> io::Result<String> {
+        let scheme = if self.config.tls_cert.is_some() { "https" } else { "http" };
+        Ok(format!("{scheme}://{}", self.address()?))
+    }
+
+    /// Serves until told to stop, then: says that it is not ready, and serves on for the grace time; takes no more connections and
+    /// finishes what runs, for the drain time. A second signal ends it at once.
+    pub async fn run(self, mut signals: Signals) {
+        let (stage, follow) = watch::channel(Stage::Serving);
+        let Server { service, config, main, metrics } = self;
+        let main = tokio::spawn(main.run(follow.clone()));
+        let metrics = metrics.map(|metrics| tokio::spawn(metrics.run(follow)));
+        let keys = tokio::spawn(reload_keys(service.clone()));
+        signals.next().await;
+        service.stop();
+        tracing::info!(grace = %config.grace, drain = %config.drain, "stopping");
+        let stopped = async {
+            let _ = stage.send(Stage::Grace);
+            sleep(config.grace.0).await;
+            let _ = stage.send(Stage::Draining);
+            if timeout(config.drain.0, main).await.is_err() {
+                tracing::warn!("the drain time is over; what still runs is lost");
+            }
+        };
+        tokio::select! {
+            () = stopped => tracing::info!("stopped"),
+            () = signals.next() => tracing::warn!("a second signal; stopped at once"),
+        }
+        keys.abort();
+        if let Some(metrics) = metrics {
+            metrics.abort();
+        }
+        if service.traces.is_some() {
+            let flushed = tokio::task::spawn_blocking(move || service.traces.as_ref().map(crate::traces::Traces::flush));
+            let _ = timeout(Duration::from_secs(5), flushed).await;
+        }
+    }
+}
+
+async fn bind(address: SocketAddr) -> Result<TcpListener, String> {
+    TcpListener::bind(address).await.map_err(|error| format!("cannot listen on {address}: {error}"))
+}
+
+/// Origins as a browser sends them: scheme, host and port, nothing after.
+fn origins(given: &[String]) -> Result<Vec<HeaderValue>, String> {
+    let checked = |origin: &String| {
+        let host = origin.strip_prefix("https://").or(origin.strip_prefix("http://"));
+        let fits = host.is_some_and(|host| !host.is_empty() && !host.contains('/')) || (origin == "*" && given.len() == 1);
+        let refused = || format!("the setting `cors-origins`: {origin} is no origin; write https://example.com, or * alone");
+        if fits { HeaderValue::from_str(origin).map_err(|_| refused()) } else { Err(refused()) }
+    };
+    given.iter().map(checked).collect()
+}
+
+async fn reload_keys(service: Arc<Service>) {
+    let mut ticks = interval(Duration::from_secs(1));
+    loop {
+        ticks.tick().await;
+        match service.keys.reload() {
+            Ok(true) => tracing::info!("the API keys file was read again"),
+            Ok(false) => {}
+            Err(error) => tracing::error!(error, "the API keys stay as they were"),
+        }
+    }
+}
