@@ -3,8 +3,9 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::process::{Child, ChildStdout, Command, Stdio};
-use std::time::Duration;
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value};
 use springline::http::OPERATIONS;
@@ -38,7 +39,8 @@ impl Server {
     /// With settings as flags; stops without grace, logs only what is wrong with it.
     pub fn with(settings: &[&str]) -> Self {
         let mut command = binary();
-        command.args(["serve", "--listen", "127.0.0.1:0", "--grace", "0s", "--log", "error"]).args(settings);
+        command.args(["serve", "--listen", "127.0.0.1:0"]).args(settings);
+        command.env("SPRINGLINE_GRACE", "0s").env("SPRINGLINE_LOG", "error");
         Self::run(command)
     }
 
@@ -47,7 +49,7 @@ impl Server {
         let mut stdout = BufReader::new(child.stdout.take().unwrap());
         let mut greeting = String::new();
         stdout.read_line(&mut greeting).unwrap();
-        let address = greeting.trim().rsplit_once("http://").expect("the greeting names an address").1.to_owned();
+        let address = greeting.trim().rsplit_once("://").expect("the greeting names an address").1.to_owned();
         let agent = ureq::Agent::config_builder().http_status_as_error(false).max_redirects(0).build().into();
         Server { child, greeting, address, agent, _stdout: stdout }
     }
@@ -98,6 +100,53 @@ impl Server {
     }
 }
 
+impl Server {
+    /// Sends a signal, by its short name.
+    pub fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-s", name, &id]).status().unwrap().success());
+    }
+
+    /// Waits for the process to end.
+    pub fn wait(&mut self, limit: Duration) -> ExitStatus {
+        let start = Instant::now();
+        loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status;
+            }
+            assert!(start.elapsed() < limit, "still running after {limit:?}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
+/// What a process writes to its log.
+pub struct Log(std::path::PathBuf);
+
+impl Log {
+    /// Collects the standard error of a command, in a file of its own.
+    pub fn of(command: &mut Command) -> Self {
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        let name = format!("log-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let path = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+        command.stderr(std::fs::File::create(&path).unwrap());
+        Log(path)
+    }
+
+    /// The first line with this text, when it comes.
+    pub fn wait_for(&self, text: &str) -> String {
+        let start = Instant::now();
+        loop {
+            let log = std::fs::read_to_string(&self.0).unwrap();
+            if let Some(line) = log.lines().find(|line| line.contains(text)) {
+                return line.to_owned();
+            }
+            assert!(start.elapsed() < Duration::from_secs(10), "no {text} in {log}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
 impl Drop for Server {
     fn drop(&mut self) {
         let _ = self.child.kill();
@@ -114,7 +163,7 @@ impl Answer {
         Answer { status: response.status().as_u16(), headers, body }
     }
 
-    fn parse(text: &[u8]) -> Self {
+    pub fn parse(text: &[u8]) -> Self {
         let end = text.windows(4).position(|four| four == b"\r\n\r\n").unwrap_or_else(|| panic!("no answer: {text:?}"));
         let head = String::from_utf8_lossy(&text[..end]).into_owned();
         let mut lines = head.lines();
