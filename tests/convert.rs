@@ -58,7 +58,7 @@ fn cuts_are_c2_joints_whatever_the_family() {
     law(150, (any::one_segment::<2>(2..6), 0.1f64..0.9), |(curve, fraction)| {
         let (a, b) = laws::domain(&curve);
         let cut = subdivide(&curve, &Cuts::Parameters(vec![a + (b - a) * fraction]), Form::Bezier).unwrap().curve;
-        let report = continuity(&cut.composite(), false, Tolerance::default());
+        let report = continuity(&cut.composite().unwrap(), false, Tolerance::default()).unwrap();
         assert_eq!(report.joints.len(), 1);
         assert_eq!(report.joints[0].parametric, Class::C2, "{report:?}");
     });
@@ -68,10 +68,10 @@ fn cuts_are_c2_joints_whatever_the_family() {
 fn curves_laid_end_to_end_meet_within_the_gap_allowed() {
     let line = |points: [[f64; 2]; 2]| Single::new(bezier(), points.map(Point).to_vec()).unwrap().composite().unwrap();
     let laid = Composite::end_to_end(&[line([[0.0, 0.0], [1.0, 0.0]]), line([[1.001, 0.0], [2.0, 0.0]])]).unwrap();
-    let class = |gap: f64| continuity(&laid, false, Tolerance { gap, ..Tolerance::default() }).class;
+    let class = |gap: f64| continuity(&laid, false, Tolerance { gap, ..Tolerance::default() }).unwrap().class;
     assert_eq!(class(0.0), Class::Discontinuous);
     assert_eq!(class(0.01), Class::G2);
-    assert!((continuity(&laid, false, Tolerance::default()).joints[0].position_gap - 0.001).abs() < 1e-15);
+    assert!((continuity(&laid, false, Tolerance::default()).unwrap().joints[0].position_gap - 0.001).abs() < 1e-15);
 }
 
 #[test]

@@ -92,7 +92,7 @@ fn reshaped(points: &[Point<2>], from: Basis, to: impl Fn(usize) -> Basis) -> Re
     let curve = closed_through(points, Bases::Common(from)).curve;
     let bases = Bases::PerSegment((0..points.len()).map(to).collect());
     let other = Piecewise::new(bases, 3, curve.breaks().clone(), true, curve.control_points().to_vec()).unwrap();
-    continuity(&other.composite(), true, Tolerance::default())
+    continuity(&other.composite().unwrap(), true, Tolerance::default()).unwrap()
 }
 
 #[test]

@@ -220,7 +220,7 @@ fn jump() -> Curve<2> {
 fn a_jump_is_evaluated_from_the_right_reported_and_converted() {
     let curve = jump();
     assert_eq!(at(&curve, &[0.5, 1.0, 2.0]), [Point([0.5, 0.0]), Point([1.0, 1.0]), Point([2.0, 1.0])]);
-    assert_eq!(continuity(&curve.composite().unwrap(), false, Tolerance::default()).class, Class::Discontinuous);
+    assert_eq!(continuity(&curve.composite().unwrap(), false, Tolerance::default()).unwrap().class, Class::Discontinuous);
     let result = to_bspline(&curve, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
     assert_eq!((result.joints[0].continuity, result.joints[0].multiplicity), (-1, 2));
     assert_eq!(Curve::BSpline(result.curve), curve);

@@ -63,8 +63,9 @@ fn interpolants_pass_through_their_points_and_are_as_smooth_as_they_say() {
 #[test]
 fn joints_of_an_interpolant_agree_from_both_sides() {
     law(80, problem(), |(points, shape, bases, rule)| {
-        let curve = interpolate(&points, shape, bases, &rule).unwrap().curve.composite();
-        let orders = [curve.clone(), curve.derivative(), curve.derivative().derivative()];
+        let curve = interpolate(&points, shape, bases, &rule).unwrap().curve.composite().unwrap();
+        let first = curve.derivative().unwrap();
+        let orders = [curve.clone(), first.clone(), first.derivative().unwrap()];
         for order in &orders {
             for i in 1..curve.breaks().segments() {
                 let (before, after) = (order.segment(i - 1), order.segment(i));
@@ -135,7 +136,7 @@ fn two_and_three_points_suffice_where_the_conditions_allow() {
 fn a_closed_interpolant_does_not_depend_on_its_first_point() {
     law(80, (any::points::<2>(9), 1usize..9, rule()), |(points, shift, rule)| {
         let rotated: Vec<_> = (0..9).map(|i| points[(i + shift) % 9]).collect();
-        let [one, other] = [points, rotated].map(|points| through(&points, Shape::Closed, &rule).curve.composite());
+        let [one, other] = [points, rotated].map(|points| through(&points, Shape::Closed, &rule).curve.composite().unwrap());
         let size = one.magnitude();
         let same = |i: usize| apart(one.segment((i + shift) % 9), other.segment(i)) < 1e-12 * size;
         assert!((0..9).all(same));
@@ -147,8 +148,8 @@ fn an_open_interpolant_runs_backwards_through_reversed_points() {
     law(60, (any::points::<2>(8), rule()), |(points, rule)| {
         let shape = Shape::Open(End::NotAKnot, End::Natural);
         let mirror = Shape::Open(End::Natural, End::NotAKnot);
-        let one = through(&points, shape, &rule).curve.composite();
-        let other = through(&points.into_iter().rev().collect::<Vec<_>>(), mirror, &rule).curve.composite();
+        let one = through(&points, shape, &rule).curve.composite().unwrap();
+        let other = through(&points.into_iter().rev().collect::<Vec<_>>(), mirror, &rule).curve.composite().unwrap();
         for i in 0..7 {
             let back: Vec<_> = other.segment(6 - i).iter().rev().copied().collect();
             assert!(apart(one.segment(i), &back) < 1e-12 * one.magnitude());

@@ -226,7 +226,7 @@ fn joined_curves_stay() {
             let Ok(joined) = join(curves.clone(), class, Movable::Both) else { continue };
             let again: Vec<_> =
                 (0..curves.len()).map(|i| Single::new(curves[i].basis().clone(), joined.curve.polygon(i).to_vec()).unwrap()).collect();
-            let size = joined.curve.composite().magnitude().max(1.0);
+            let size = joined.curve.composite().unwrap().magnitude().max(1.0);
             let Ok(still) = join(again, class, Movable::Both) else { panic!("{class:?} was lost") };
             let moved = still.moved.iter().flatten().fold(0.0, |a: f64, &b| a.max(b));
             assert!(moved <= 1e-12 * size * 10.0, "{class:?}: {moved:e} of {size:e}");

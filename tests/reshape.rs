@@ -105,7 +105,7 @@ fn curve_moved_is_the_largest_distance() {
         let bent = reshape(&curve, new, Keep::Nothing).unwrap();
         let (old, new) = (curve.composite().unwrap(), bent.curve.composite().unwrap());
         let segments = 0..old.breaks().segments();
-        let (old, new) = (old.evaluator(), new.evaluator());
+        let (old, new) = (old.evaluator().unwrap(), new.evaluator().unwrap());
         let at = |i: usize, u: f64| old.within(i, u, 1.0 - u).distance(new.within(i, u, 1.0 - u));
         let sampled = segments.flat_map(|i| (0..=500).map(move |k| (i, f64::from(k) / 500.0))).map(|(i, u)| at(i, u)).fold(0.0, f64::max);
         assert!(sampled <= bent.curve_moved * (1.0 + 2e-9) + 1e-13 * size(&curve));

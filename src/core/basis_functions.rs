@@ -4,6 +4,7 @@ use super::basis::{Basis, Properties, ShapeMatrix};
 use super::bezier_form::bernstein;
 use super::error::{At, Error, at_least, at_most};
 use super::limits;
+use super::work::Pace;
 
 /// A basis at one order, sampled.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +37,9 @@ pub fn basis_functions(basis: &Basis, order: usize, count: usize) -> Result<Basi
     let matrix = basis.shape_matrix(order);
     let fraction = |i: usize| i as f64 / (count - 1) as f64;
     let mut values = vec![Vec::with_capacity(count); order + 1];
+    let mut pace = Pace::default();
     for i in 0..count {
+        pace.step()?;
         let (u, v) = (fraction(i), fraction(count - 1 - i));
         let weights = bernstein(degree, u, v);
         for (j, list) in values.iter_mut().enumerate() {

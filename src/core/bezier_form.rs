@@ -51,17 +51,20 @@ pub fn horner<const D: usize>(scaled: &[Point<D>], u: f64, v: f64) -> Point<D> {
 /// The point at `u` of one segment. For many points of one curve make an
 /// [`Evaluator`](super::curve::Evaluator) instead.
 pub fn evaluate<const D: usize>(points: &[Point<D>], u: f64) -> Point<D> {
-    let (scaled, unit) = scaled(points, points.len() - 1);
+    let unit = unit_of(super::point::magnitude(points));
+    let scaled: Vec<_> = scaled(points, &binomials(points.len() - 1), unit).collect();
     horner(&scaled, u, 1.0 - u) * unit
 }
 
-/// The control points of segments of this degree, times their binomial coefficients, in a unit: 1, or a power of two
-/// where the largest coordinates would overflow.
-pub(crate) fn scaled<const D: usize>(points: &[Point<D>], degree: usize) -> (Vec<Point<D>>, f64) {
+/// The unit in which to scale control points whose largest coordinate is this: 1, or a power of two where it would overflow.
+pub(crate) fn unit_of(magnitude: f64) -> f64 {
     // Horner's sums are at most 2^64 times the largest coordinate.
-    let unit = if super::point::magnitude(points) > 1e288 { 2f64.powi(66) } else { 1.0 };
-    let binomials = binomials(degree);
-    (points.iter().zip(binomials.iter().cycle()).map(|(&p, &b)| p * (1.0 / unit) * b).collect(), unit)
+    if magnitude > 1e288 { 2f64.powi(66) } else { 1.0 }
+}
+
+/// The control points of a segment, times their binomial coefficients, in a unit.
+pub(crate) fn scaled<const D: usize>(points: &[Point<D>], binomials: &[f64], unit: f64) -> impl Iterator<Item = Point<D>> {
+    points.iter().zip(binomials).map(move |(&p, &b)| p * (1.0 / unit) * b)
 }
 
 /// The control points of the derivative with respect to the parameter of an interval of this

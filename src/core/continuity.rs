@@ -1,8 +1,10 @@
 //! How smoothly segments join, measured joint by joint.
 
 use super::curve::Composite;
+use super::error::Error;
 use super::limits;
 use super::point::{Point, magnitude};
+use super::work::{self, Pace};
 
 /// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives with
 /// respect to the parameter; a `C1` joint may well be `G2`, so the order is a convention: the highest class met is named.
@@ -104,9 +106,11 @@ impl Report {
     }
 }
 
-/// A composite with its first derivatives, to compare neighbouring ends.
-struct Jets<const D: usize> {
-    orders: Vec<Composite<D>>,
+/// A composite and one of its derivatives, to compare neighbouring ends.
+struct Jet<'a, const D: usize> {
+    curve: &'a Composite<D>,
+    order: usize,
+    derivative: &'a Composite<D>,
 }
 
 /// One order of derivative on both sides of a joint.
@@ -135,27 +139,22 @@ impl<const D: usize> Sides<D> {
     }
 }
 
-impl<const D: usize> Jets<D> {
-    fn new(composite: &Composite<D>, highest: usize) -> Self {
-        let derivatives = std::iter::successors(Some(composite.clone()), |c| Some(c.derivative()));
-        Jets { orders: derivatives.take(highest + 1).collect() }
-    }
-
-    /// The `k`-th derivative at the end of segment `left` and at the start of segment `right`.
-    fn sides(&self, k: usize, left: usize, right: usize) -> Sides<D> {
-        let (before, after) = (self.orders[k].segment(left), self.orders[k].segment(right));
-        let scale = match k {
+impl<const D: usize> Jet<'_, D> {
+    /// The derivative at the end of segment `left` and at the start of segment `right`.
+    fn sides(&self, left: usize, right: usize) -> Sides<D> {
+        let (before, after) = (self.derivative.segment(left), self.derivative.segment(right));
+        let scale = match self.order {
             0 => extent(before).max(extent(after)),
             _ => magnitude(before).max(magnitude(after)),
         };
-        let rounding = self.rounding(k, left, scale).max(self.rounding(k, right, scale));
+        let rounding = self.rounding(left, scale).max(self.rounding(right, scale));
         Sides { left: before[before.len() - 1], right: after[0], scale, rounding }
     }
 
-    /// The rounding error of a `k`-th derivative on one segment: that of its Bezier points, and that of
+    /// The rounding error of the derivative on one segment: that of its Bezier points, and that of
     /// the length of its interval, which is the difference of two rounded knots.
-    fn rounding(&self, k: usize, segment: usize, scale: f64) -> f64 {
-        let curve = &self.orders[0];
+    fn rounding(&self, segment: usize, scale: f64) -> f64 {
+        let (curve, k) = (self.curve, self.order);
         let (a, b) = curve.breaks().interval(segment);
         let of_points = derivative_size(magnitude(curve.segment(segment)), curve.degree(), k, b - a);
         let of_length = k as f64 * scale * (a.abs().max(b.abs()) / (b - a));
@@ -183,23 +182,49 @@ fn joints<const D: usize>(composite: &Composite<D>, closed: bool) -> impl Iterat
 }
 
 /// Measures every joint. O(segments).
-pub fn continuity<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: Tolerance) -> Report {
-    let jets = Jets::new(composite, 2);
+///
+/// # Errors
+/// [`Fault::Cancelled`](super::error::Fault).
+pub fn continuity<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: Tolerance) -> Result<Report, Error> {
+    let first = composite.derivative()?;
+    let second = first.derivative()?;
+    let jet = |order, derivative| Jet { curve: composite, order, derivative };
+    let jets = [jet(0, composite), jet(1, &first), jet(2, &second)];
     let measure = |(left, right, parameter)| measure(&jets, left, right, parameter, tolerance);
-    let joints: Vec<_> = joints(composite, closed).map(measure).collect();
+    let joints = work::collect(joints(composite, closed).map(measure))?;
     let class = joints.iter().map(|joint| joint.class).min().unwrap_or(Class::C2);
-    Report { class, joints, tolerance }
+    Ok(Report { class, joints, tolerance })
 }
 
 /// The number of derivatives that agree at every joint, from none (-1: not even the points) to the degree.
-pub(crate) fn parametric_orders<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: f64) -> Vec<(f64, i32)> {
-    let jets = Jets::new(composite, composite.degree());
-    let agreeing = |left, right| (0..=composite.degree()).take_while(|&k| jets.sides(k, left, right).agree(tolerance)).count();
-    joints(composite, closed).map(|(left, right, parameter)| (parameter, agreeing(left, right) as i32 - 1)).collect()
+pub(crate) fn parametric_orders<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: f64) -> Result<Vec<(f64, i32)>, Error> {
+    let joints: Vec<_> = joints(composite, closed).collect();
+    let mut found: Vec<_> = joints.iter().map(|&(_, _, parameter)| (parameter, -1)).collect();
+    let mut smooth: Vec<usize> = (0..joints.len()).collect();
+    let mut derivative = None;
+    let mut pace = Pace::default();
+    for order in 0..=composite.degree() {
+        let mut smoother = Vec::with_capacity(smooth.len());
+        let jet = Jet { curve: composite, order, derivative: derivative.as_ref().unwrap_or(composite) };
+        for joint in smooth {
+            pace.step()?;
+            if jet.sides(joints[joint].0, joints[joint].1).agree(tolerance) {
+                found[joint].1 = order as i32;
+                smoother.push(joint);
+            }
+        }
+        if smoother.is_empty() {
+            break;
+        }
+        smooth = smoother;
+        // One derivative at a time: all of them together can be gigabytes.
+        derivative = Some(jet.derivative.derivative()?);
+    }
+    Ok(found)
 }
 
-fn measure<const D: usize>(jets: &Jets<D>, left: usize, right: usize, parameter: f64, tolerance: Tolerance) -> Joint {
-    let [position, first, second] = [0, 1, 2].map(|k| jets.sides(k, left, right));
+fn measure<const D: usize>(jets: &[Jet<D>; 3], left: usize, right: usize, parameter: f64, tolerance: Tolerance) -> Joint {
+    let [position, first, second] = jets.each_ref().map(|jet| jet.sides(left, right));
     let shape = shape(&first, &second, tolerance.relative);
     let meets = position.jump() <= position.allowed(tolerance.relative) + tolerance.gap;
     let c1 = meets && first.agree(tolerance.relative);
@@ -266,8 +291,8 @@ mod tests {
     use crate::core::knots::Breaks;
 
     fn classes(knots: &[f64], segments: &[Vec<Point<2>>]) -> Joint {
-        let composite = Composite::from_segments(Breaks::new(knots.to_vec()).unwrap(), segments);
-        continuity(&composite, false, Tolerance::default()).joints[0]
+        let composite = Composite::from_segments(Breaks::new(knots.to_vec()).unwrap(), segments.iter().map(Vec::as_slice)).unwrap();
+        continuity(&composite, false, Tolerance::default()).unwrap().joints[0]
     }
 
     fn line(points: &[[f64; 2]]) -> Vec<Point<2>> {

@@ -6,6 +6,7 @@ use super::curve::{Composite, Curve};
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::limits;
 use super::point::Point;
+use super::work::{self, Pace};
 
 /// Where to sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,8 +97,8 @@ pub fn evaluate<const D: usize>(
     let parameters = parameters(&composite, sampling)?;
     let asked = 1 + derivatives + usize::from(quantities.tangent) + usize::from(quantities.normal);
     at_most("points and vectors in the answer", parameters.len() * asked, limits::ANSWER_POINTS, "Ask for fewer samples or derivatives")?;
-    let jets = jets(&composite, &parameters, derivatives.max(quantities.highest_derivative()));
-    let frames = frames(&composite, &parameters, &jets, quantities);
+    let jets = jets(&composite, &parameters, derivatives.max(quantities.highest_derivative()))?;
+    let frames = frames(&composite, &parameters, &jets, quantities)?;
     let mut lists = jets.into_iter();
     let points = lists.next().unwrap_or_default();
     Ok(Samples { domain: composite.breaks().domain(), parameters, points, derivatives: lists.take(derivatives).collect(), frames })
@@ -115,20 +116,25 @@ impl Quantities {
 }
 
 /// `lists[k][i]`: the `k`-th derivative at parameter `i`.
-fn jets<const D: usize>(composite: &Composite<D>, parameters: &[f64], highest: usize) -> Vec<Vec<Point<D>>> {
+fn jets<const D: usize>(composite: &Composite<D>, parameters: &[f64], highest: usize) -> Result<Vec<Vec<Point<D>>>, Error> {
     let breaks = composite.breaks();
     let place = |&t: &f64| {
         let segment = breaks.segment_at(t);
         let (u, v) = breaks.local(segment, t);
         (segment, u, v)
     };
-    let places: Vec<_> = parameters.iter().map(place).collect();
-    let derivatives = std::iter::successors(Some(composite.clone()), |c| Some(c.derivative()));
-    let sample = |curve: Composite<D>| {
-        let evaluator = curve.evaluator();
-        places.iter().map(|&(segment, u, v)| evaluator.within(segment, u, v)).collect()
+    let places = work::collect(parameters.iter().map(place))?;
+    let sample = |curve: &Composite<D>| {
+        let evaluator = curve.evaluator()?;
+        work::collect(places.iter().map(|&(segment, u, v)| evaluator.within(segment, u, v)))
     };
-    derivatives.take(highest + 1).map(sample).collect()
+    let mut lists = vec![sample(composite)?];
+    let mut derivative = None;
+    for _ in 0..highest {
+        let next = derivative.as_ref().unwrap_or(composite).derivative()?;
+        lists.push(sample(derivative.insert(next))?);
+    }
+    Ok(lists)
 }
 
 fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> Result<Vec<f64>, Error> {
@@ -191,12 +197,14 @@ pub(crate) struct Piece<const D: usize> {
 
 /// Halves segments until every piece is within the tolerance of its chord, by the bound of
 /// [`chord_error`]: proved, not sampled. Pieces come in order.
-pub(crate) fn flat_pieces<const D: usize>(composite: &Composite<D>, tolerance: f64, most: usize) -> Result<Vec<Piece<D>>, Fault> {
+pub(crate) fn flat_pieces<const D: usize>(composite: &Composite<D>, tolerance: f64, most: usize) -> Result<Vec<Piece<D>>, Error> {
     let mut pieces = Vec::new();
+    let mut pace = Pace::default();
     for (segment, points) in composite.segments().enumerate() {
         let (a, b) = composite.breaks().interval(segment);
         let mut stack = vec![(a, b, points.to_vec())];
         while let Some((start, end, points)) = stack.pop() {
+            pace.step()?;
             let middle = start + 0.5 * (end - start);
             // An interval without a double inside cannot be halved; its chord is as good as it gets.
             if chord_error(&points) <= tolerance || middle <= start || middle >= end {
@@ -213,20 +221,27 @@ pub(crate) fn flat_pieces<const D: usize>(composite: &Composite<D>, tolerance: f
     Ok(pieces)
 }
 
-fn frames<const D: usize>(composite: &Composite<D>, parameters: &[f64], jets: &[Vec<Point<D>>], wanted: Quantities) -> Frames<D> {
+fn frames<const D: usize>(
+    composite: &Composite<D>,
+    parameters: &[f64],
+    jets: &[Vec<Point<D>>],
+    wanted: Quantities,
+) -> Result<Frames<D>, Error> {
     let mut frames = Frames::default();
     if wanted == Quantities::default() {
-        return frames;
+        return Ok(frames);
     }
     let magnitude = composite.magnitude();
+    let mut pace = Pace::default();
     for (index, &t) in parameters.iter().enumerate() {
+        pace.step()?;
         let (a, b) = composite.breaks().interval(composite.breaks().segment_at(t));
         let rounding = |k| 8.0 * f64::EPSILON * derivative_size(magnitude, composite.degree(), k, b - a);
         let jet = |k: usize| jets.get(k).map_or(Point::ZERO, |list| list[index]);
         let frame = Frame::new([jet(1), jet(2), jet(3)], [rounding(1), rounding(2)]);
         frames.push(index, frame, wanted);
     }
-    frames
+    Ok(frames)
 }
 
 /// The moving frame at one parameter; what does not exist is `None`.

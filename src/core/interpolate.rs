@@ -7,6 +7,7 @@ use super::knots::Breaks;
 use super::limits;
 use super::parameterization::Parameterization;
 use super::point::Point;
+use super::work;
 
 /// What holds at one end of an open curve.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -65,12 +66,14 @@ pub fn interpolate<const D: usize>(
         Shape::Closed => closed_derivatives(points, &breaks),
         Shape::Open(start, end) => open_derivatives(points, &breaks, start, end),
     };
+    // Solving takes a few milliseconds for the most points allowed.
+    work::checkpoint()?;
     let composite = hermite(points, &derivatives, breaks);
     if composite.segments().flatten().any(|p| !p.is_finite()) {
         return Err(Fault::Overflow.into());
     }
     let (curve, condition) = Piecewise::from_composite(bases, 3, &composite, closed)?;
-    let continuity = continuity(&curve.composite(), closed, Tolerance::default());
+    let continuity = continuity(&curve.composite()?, closed, Tolerance::default())?;
     Ok(Interpolant { curve, continuity, condition })
 }
 

@@ -9,6 +9,7 @@ use super::knots::Breaks;
 use super::least_change::{Condition, least_change};
 use super::limits;
 use super::point::{Point, magnitude};
+use super::work;
 
 /// Curves in one join.
 pub const CURVES: usize = 1000;
@@ -114,7 +115,7 @@ pub fn join<const D: usize>(curves: Vec<Single<D>>, smoothness: Smoothness, mova
     if smoothness.geometric() {
         chain.descend()?;
     } else {
-        chain.points = chain.solve(|left| chain.linked(left, Link { r: 1.0, s: 0.0 }));
+        chain.points = chain.solve(|left| chain.linked(left, Link { r: 1.0, s: 0.0 }))?;
     }
     chain.finish()
 }
@@ -129,6 +130,7 @@ fn check<const D: usize>(curves: &[Single<D>]) -> Result<(), Error> {
             let count = curve.order() + 1;
             return Err(Fault::WrongCount { what: "control points", count, expected, rule }.at("control_points").at(i));
         }
+        work::checkpoint()?;
         curve.basis().joinable(curve.order()).at(i)?;
     }
     Ok(())
@@ -221,25 +223,23 @@ impl<const D: usize> Chain<D> {
         let joints = self.bases.len() - 1;
         let usable = |r: f64| if r > 0.0 && r.is_finite() { r } else { 1.0 };
         let start = |left| self.link(left, |ratio, _| usable(ratio)).unwrap_or(Link { r: 1.0, s: 0.0 });
-        let start: Vec<Link> = (0..joints).map(start).collect();
+        let start = work::collect((0..joints).map(start))?;
         let mut links = start.clone();
-        self.points = self.solve(|left| self.linked(left, links[left]));
+        self.points = self.solve(|left| self.linked(left, links[left]))?;
         for _ in 0..STEPS {
             let linear = (0..joints).map(|left| self.linearised(left)).collect::<Result<Vec<_>, _>>()?;
             let (best, cost) = (self.points.clone(), self.cost(&self.points));
-            self.points = self.solve(|left| linear[left].clone());
-            let wanted: Vec<Link> = (0..joints)
-                .map(|left| {
-                    let usual = start[left].r;
-                    let near = |_, along: f64| along.clamp(usual / SPEED_RATIO, usual * SPEED_RATIO);
-                    self.link(left, near).unwrap_or(links[left])
-                })
-                .collect();
+            self.points = self.solve(|left| linear[left].clone())?;
+            let wanted = work::collect((0..joints).map(|left| {
+                let usual = start[left].r;
+                let near = |_, along: f64| along.clamp(usual / SPEED_RATIO, usual * SPEED_RATIO);
+                self.link(left, near).unwrap_or(links[left])
+            }))?;
             let mut fraction = 1.0;
             let better = loop {
                 let between = |(a, b): (&Link, &Link)| Link { r: a.r + fraction * (b.r - a.r), s: a.s + fraction * (b.s - a.s) };
                 let trial: Vec<Link> = links.iter().zip(&wanted).map(between).collect();
-                let points = self.solve(|left| self.linked(left, trial[left]));
+                let points = self.solve(|left| self.linked(left, trial[left]))?;
                 // A trial whose numbers overflow compares as no better.
                 if self.cost(&points) < cost * (1.0 - 1e-12) {
                     break Some((points, trial));
@@ -264,16 +264,21 @@ impl<const D: usize> Chain<D> {
     }
 
     /// The points after the least moves from the original ones that meet the conditions of every joint.
-    fn solve(&self, conditions: impl Fn(usize) -> Vec<Condition>) -> Vec<Point<D>> {
-        let joints: Vec<Condition> = (0..self.bases.len() - 1).flat_map(conditions).collect();
-        let change = least_change(self.points.len() * D, joints, 0);
+    fn solve(&self, conditions: impl Fn(usize) -> Vec<Condition>) -> Result<Vec<Point<D>>, Error> {
+        let mut joints = Vec::new();
+        for left in 0..self.bases.len() - 1 {
+            work::checkpoint()?;
+            joints.extend(conditions(left));
+        }
+        let change = least_change(self.points.len() * D, joints, 0)?;
         let moved = |(i, p): (usize, &Point<D>)| *p + Point(std::array::from_fn(|axis| change.values[i * D + axis]));
-        self.original.iter().enumerate().map(moved).collect()
+        Ok(self.original.iter().enumerate().map(moved).collect())
     }
 
     /// The components across the tangent `t` of: C'(right) = r C'(left), and C''(right) = r^2 C''(left) + s C'(left), with `r` and `s` as
     /// they are now. Along the tangent both are met by the choice of `r` and `s`, which follow the moves to first order.
     fn linearised(&self, left: usize) -> Result<Vec<Condition>, Error> {
+        work::checkpoint()?;
         let right = left + 1;
         let mut conditions = self.meeting(left);
         let rows = |k: usize| (self.row(left, k, Side::End), self.row(right, k, Side::Start));
@@ -350,7 +355,7 @@ impl<const D: usize> Chain<D> {
         let gap = gaps.fold(0.0, f64::max);
         let curve = Piecewise::new(Bases::PerSegment(self.bases), self.order, Breaks::new(joints).map_err(placed)?, false, points)
             .map_err(placed)?;
-        let continuity = continuity(&curve.composite(), false, Tolerance::default());
+        let continuity = continuity(&curve.composite()?, false, Tolerance::default())?;
         let together = gap <= limits::CONTINUITY_TOLERANCE * magnitude(curve.control_points());
         if !(together && smoothness.met_by(&continuity)) {
             return Err(Fault::UnsuitableCurve(impossible(smoothness, &continuity)).at("smoothness"));

@@ -2,6 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::error::Error;
+use super::work::{self, Pace};
+
 /// One condition: a combination of changes that must have a value.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Condition {
@@ -50,28 +53,32 @@ const DEPENDENT: f64 = 1e-13;
 
 /// The change of least sum of squares that meets the conditions, of which the last `seam` may couple both ends.
 /// O(conditions * band^2). Dependent conditions are left out; `violation` tells whether they hold all the same.
-pub(crate) fn least_change(variables: usize, conditions: Vec<Condition>, seam: usize) -> Change {
-    let system = System::new(variables, conditions, seam);
-    let factors = system.factor();
+pub(crate) fn least_change(variables: usize, conditions: Vec<Condition>, seam: usize) -> Result<Change, Error> {
+    let system = System::new(variables, conditions, seam)?;
+    let factors = system.factor()?;
     let mut values = vec![0.0; variables];
     // The first round solves; the others remove what its rounding left.
     for _ in 0..3 {
-        let residual = system.residual(&values);
-        let multipliers = system.solve(&factors, residual);
+        let residual = system.residual(&values)?;
+        let multipliers = system.solve(&factors, residual)?;
+        let mut pace = Pace::default();
         for (value, column) in values.iter_mut().zip(&system.columns) {
+            pace.step()?;
             *value += column.iter().map(|&(i, c)| c * multipliers[i]).sum::<f64>();
         }
     }
-    let violations = system.residual(&values);
+    let violations = system.residual(&values)?;
     let worst = (0..violations.len()).max_by(|&a, &b| violations[a].abs().total_cmp(&violations[b].abs()));
-    Change { violation: worst.map_or(0.0, |i| violations[i].abs()), worst: worst.unwrap_or(0), values }
+    Ok(Change { violation: worst.map_or(0.0, |i| violations[i].abs()), worst: worst.unwrap_or(0), values })
 }
 
 impl System {
-    fn new(variables: usize, mut conditions: Vec<Condition>, seam: usize) -> Self {
+    fn new(variables: usize, mut conditions: Vec<Condition>, seam: usize) -> Result<Self, Error> {
         let banded = conditions.len() - seam;
         let mut columns = vec![Vec::new(); variables];
+        let mut pace = Pace::default();
         for (i, condition) in conditions.iter_mut().enumerate() {
+            pace.step()?;
             let length = condition.terms.iter().map(|(_, c)| c * c).sum::<f64>().sqrt();
             // A condition without coefficients stays as it is: nothing can change it.
             let scale = if length > 0.0 { 1.0 / length } else { 1.0 };
@@ -86,20 +93,22 @@ impl System {
             inside().max().zip(inside().min()).map_or(0, |(last, first)| last - first)
         };
         let width = columns.iter().map(reach).max().unwrap_or(0);
-        System { conditions, columns, banded, width }
+        Ok(System { conditions, columns, banded, width })
     }
 
-    fn residual(&self, values: &[f64]) -> Vec<f64> {
+    fn residual(&self, values: &[f64]) -> Result<Vec<f64>, Error> {
         let rest = |c: &Condition| c.right - c.terms.iter().map(|&(v, c)| c * values[v]).sum::<f64>();
-        self.conditions.iter().map(rest).collect()
+        work::collect(self.conditions.iter().map(rest))
     }
 
     /// The Gram matrix: row `i` of its band, the diagonal last, and its border.
-    fn gram(&self) -> (Vec<Vec<f64>>, DMatrix<f64>) {
+    fn gram(&self) -> Result<(Vec<Vec<f64>>, DMatrix<f64>), Error> {
         let mut band = vec![vec![0.0; self.width + 1]; self.banded];
         let seam = self.conditions.len() - self.banded;
         let mut border = DMatrix::zeros(self.conditions.len(), seam);
+        let mut pace = Pace::default();
         for column in &self.columns {
+            pace.step()?;
             for &(i, a) in column {
                 for &(j, b) in column {
                     if j >= self.banded {
@@ -110,14 +119,16 @@ impl System {
                 }
             }
         }
-        (band, border)
+        Ok((band, border))
     }
 
-    fn factor(&self) -> Factors {
-        let (mut lower, border) = self.gram();
+    fn factor(&self) -> Result<Factors, Error> {
+        let (mut lower, border) = self.gram()?;
         let width = self.width;
         let mut reciprocal = vec![0.0; self.banded];
+        let mut pace = Pace::default();
         for i in 0..self.banded {
+            pace.step()?;
             for j in i.saturating_sub(width)..i {
                 // lower[i] holds L D until its row is done.
                 let from = i.saturating_sub(width).max(j.saturating_sub(width));
@@ -131,32 +142,35 @@ impl System {
         let seam = border.ncols();
         let coupling: Vec<Vec<f64>> = (0..seam).map(|s| border.column(s).iter().copied().take(self.banded).collect()).collect();
         let mut factors = Factors { lower, reciprocal, coupling, border: Vec::new(), complement: DMatrix::zeros(seam, seam) };
-        factors.border = factors.coupling.iter().map(|column| self.solve_band(&factors, column.clone())).collect();
+        factors.border = factors.coupling.iter().map(|column| self.solve_band(&factors, column.clone())).collect::<Result<_, _>>()?;
         factors.complement =
             DMatrix::from_fn(seam, seam, |r, s| border[(self.banded + r, s)] - dot(&factors.coupling[r], &factors.border[s]));
-        factors
+        Ok(factors)
     }
 
     /// Solves with the band alone.
-    fn solve_band(&self, factors: &Factors, mut right: Vec<f64>) -> Vec<f64> {
+    fn solve_band(&self, factors: &Factors, mut right: Vec<f64>) -> Result<Vec<f64>, Error> {
         let width = self.width;
+        let mut pace = Pace::default();
         for i in 0..right.len() {
+            pace.step()?;
             let dot: f64 = (i.saturating_sub(width)..i).map(|k| factors.lower[i][width - (i - k)] * factors.reciprocal[k] * right[k]).sum();
             right[i] -= dot;
         }
         for i in (0..right.len()).rev() {
+            pace.step()?;
             let above: f64 = (i + 1..right.len().min(i + width + 1)).map(|k| factors.lower[k][width - (k - i)] * right[k]).sum();
             right[i] = (right[i] - above) * factors.reciprocal[i];
         }
-        right
+        Ok(right)
     }
 
     /// Solves with the whole Gram matrix.
-    fn solve(&self, factors: &Factors, mut right: Vec<f64>) -> Vec<f64> {
+    fn solve(&self, factors: &Factors, mut right: Vec<f64>) -> Result<Vec<f64>, Error> {
         let seam = right.split_off(self.banded);
-        let band = self.solve_band(factors, right);
+        let band = self.solve_band(factors, right)?;
         if seam.is_empty() {
-            return band;
+            return Ok(band);
         }
         // C^T (band solution) = (border solution)^T (band right side), as the band is symmetric.
         let rest = seam.iter().zip(&factors.coupling).map(|(right, column)| right - dot(column, &band));
@@ -165,7 +179,7 @@ impl System {
         let outer = factors.complement.clone().svd(true, true).solve(&rest, DEPENDENT).unwrap_or_else(|_| DVector::zeros(seam.len()));
         let through = |i: usize| factors.border.iter().zip(&outer).map(|(column, x)| column[i] * x).sum::<f64>();
         let inner = band.iter().enumerate().map(|(i, x)| x - through(i));
-        inner.chain(outer.iter().copied()).collect()
+        Ok(inner.chain(outer.iter().copied()).collect())
     }
 }
 
@@ -204,7 +218,7 @@ mod tests {
                 conditions.push(condition(&[(0, 1.0), (1, 1.0), (12, -1.0), (13, 0.25)], 2.0));
                 conditions.push(condition(&[(0, 0.3), (13, 1.0)], -1.0));
             }
-            let change = least_change(14, conditions.clone(), seam);
+            let change = least_change(14, conditions.clone(), seam).unwrap();
             let expected = by_pseudo_inverse(14, &conditions);
             let apart = change.values.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(apart < 1e-13 && change.violation < 1e-14, "seam {seam}: {apart:e}, {:e}", change.violation);
@@ -214,11 +228,11 @@ mod tests {
     #[test]
     fn what_cannot_be_met_is_told() {
         let same = [condition(&[(0, 1.0), (1, 1.0)], 1.0), condition(&[(0, 2.0), (1, 2.0)], 2.0)];
-        assert!(least_change(2, same.to_vec(), 0).violation < 1e-14);
+        assert!(least_change(2, same.to_vec(), 0).unwrap().violation < 1e-14);
         let other = [same[0].clone(), condition(&[(0, 2.0), (1, 2.0)], 3.0)];
-        let change = least_change(2, other.to_vec(), 0);
+        let change = least_change(2, other.to_vec(), 0).unwrap();
         assert_eq!(change.worst, 1);
         assert!(change.violation > 0.3);
-        assert_eq!(least_change(1, vec![condition(&[], 1.0)], 0).violation, 1.0);
+        assert_eq!(least_change(1, vec![condition(&[], 1.0)], 0).unwrap().violation, 1.0);
     }
 }

@@ -7,6 +7,7 @@ use super::error::{At, Error, Fault};
 use super::joint_rows::{Side, derivative_row};
 use super::least_change::{Condition, least_change};
 use super::point::Point;
+use super::work;
 
 /// What must survive at the joints.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -57,8 +58,8 @@ pub fn reshape<const D: usize>(curve: &Curve<D>, bases: Bases, keep: Keep) -> Re
     };
     let composite = new.composite()?;
     Ok(Reshaped {
-        continuity: continuity(&composite, curve.closed(), Tolerance::default()),
-        curve_moved: largest_distance(&old, &composite),
+        continuity: continuity(&composite, curve.closed(), Tolerance::default())?,
+        curve_moved: largest_distance(&old, &composite)?,
         points_moved: points_moved(curve, &new),
         curve: new,
     })
@@ -106,7 +107,7 @@ fn reshaped_piecewise<const D: usize>(
     if keep == Keep::Nothing {
         return Ok(bent);
     }
-    let kept = kept_joints(old, composite, keep);
+    let kept = kept_joints(old, composite, keep)?;
     let changes = mend(&bent, &kept).at("keep")?;
     for (point, change) in points.iter_mut().zip(changes) {
         *point += change;
@@ -123,10 +124,10 @@ struct Kept {
 }
 
 /// The joints at which the old curve had the class to keep.
-fn kept_joints<const D: usize>(old: &Piecewise<D>, composite: &Composite<D>, keep: Keep) -> Vec<Kept> {
+fn kept_joints<const D: usize>(old: &Piecewise<D>, composite: &Composite<D>, keep: Keep) -> Result<Vec<Kept>, Error> {
     let segments = old.breaks().segments();
-    let report = continuity(composite, old.closed(), Tolerance::default());
-    let derivative = composite.derivative();
+    let report = continuity(composite, old.closed(), Tolerance::default())?;
+    let derivative = composite.derivative()?;
     let joint = |(i, joint): (usize, &super::continuity::Joint)| {
         let (left, right) = (i, (i + 1) % segments);
         let (before, after) = (derivative.segment(left), derivative.segment(right)[0]);
@@ -137,7 +138,7 @@ fn kept_joints<const D: usize>(old: &Piecewise<D>, composite: &Composite<D>, kee
         };
         Some(Kept { parameter: joint.parameter, left, right, ratio })
     };
-    report.joints.iter().enumerate().filter_map(joint).collect()
+    Ok(report.joints.iter().enumerate().filter_map(joint).collect())
 }
 
 /// The least changes of inner control points that make the end derivatives at the kept joints agree.
@@ -150,6 +151,7 @@ fn mend<const D: usize>(curve: &Piecewise<D>, kept: &[Kept]) -> Result<Vec<Point
     let count = curve.control_points().len();
     let mut conditions = Vec::with_capacity(kept.len() * D);
     for joint in kept {
+        work::checkpoint()?;
         let before = row(joint.left, Side::End).into_iter().map(|c| -joint.ratio * c).collect::<Vec<_>>();
         let after = row(joint.right, Side::Start);
         for axis in 0..D {
@@ -167,7 +169,7 @@ fn mend<const D: usize>(curve: &Piecewise<D>, kept: &[Kept]) -> Result<Vec<Point
         }
     }
     let seam = if kept.last().is_some_and(|joint| joint.right <= joint.left) { D } else { 0 };
-    let change = least_change(count * D, conditions, seam);
+    let change = least_change(count * D, conditions, seam)?;
     let allowed = 1e-9 * super::point::magnitude(curve.control_points());
     if change.violation > allowed {
         let t = kept[change.worst / D].parameter;

@@ -8,6 +8,7 @@ use super::evaluate::{Piece, check_tolerance, flat_pieces, within_domain};
 use super::knots::Breaks;
 use super::limits;
 use super::point::Point;
+use super::work::{self, Pace};
 
 /// Where to cut.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,11 +63,11 @@ pub fn subdivide<const D: usize>(curve: &Curve<D>, cuts: &Cuts, form: Form) -> R
         Cuts::Flatness(tolerance) => flat(&composite, *tolerance).at("tolerance"),
     };
     let pieces = pieces.at("at")?;
-    let cut = Composite::from_segments(breaks(&composite, &pieces)?, &pieces.iter().map(|p| p.points.clone()).collect::<Vec<_>>());
+    let cut = Composite::from_segments(breaks(&composite, &pieces)?, pieces.iter().map(|piece| piece.points.as_slice()))?;
     cut.check_joined().at("curve")?;
     let (in_family, (pieces_curve, condition)) = assemble(curve, &cut, &pieces, form)?;
     let (split_parameters, split_points) = match cuts {
-        Cuts::Parameters(values) => (values.clone(), values.iter().map(|&t| point_at(&composite, t)).collect()),
+        Cuts::Parameters(values) => (values.clone(), work::collect(values.iter().map(|&t| point_at(&composite, t)))?),
         _ => new_joints(&composite, &cut),
     };
     Ok(Subdivision { curve: pieces_curve, split_parameters, split_points, in_family, condition })
@@ -98,11 +99,14 @@ fn cut_at<const D: usize>(composite: &Composite<D>, values: &[f64]) -> Result<Ve
     let most = limits::SEGMENTS.saturating_sub(composite.breaks().segments());
     at_most("cuts", values.len(), most, "Cut the curve in parts")?;
     let mut pieces = Vec::with_capacity(values.len() + composite.breaks().segments());
+    let mut pace = Pace::default();
     for (segment, points) in composite.segments().enumerate() {
+        pace.step()?;
         let (mut start, end) = composite.breaks().interval(segment);
         let mut rest = points.to_vec();
         let inside = values.iter().skip(values.partition_point(|&t| t <= start)).take_while(|&&t| t < end);
         for &t in inside {
+            pace.step()?;
             let (left, right) = split(&rest, (t - start) / (end - start));
             pieces.push(Piece { segment, end: t, points: left });
             (start, rest) = (t, right);
@@ -122,6 +126,7 @@ fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<
         let (start, end) = breaks.interval(segment);
         (start, Piece { segment, end, points: points.to_vec() })
     });
+    let whole = work::collect(whole)?;
     let too_short = |i: usize| {
         let (a, b) = breaks.interval(i);
         let step = (b - a) / per_segment as f64;
@@ -140,15 +145,15 @@ fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<
             let first = Piece { segment: piece.segment, end: middle, points: left };
             [(start, first), (middle, Piece { points: right, ..piece })]
         };
-        pieces.into_iter().flat_map(halves).collect()
+        work::collect(pieces.into_iter().flat_map(halves))
     };
-    let pieces = (0..depth).fold(whole.collect(), |pieces, _| halve(pieces));
+    let pieces = (0..depth).try_fold(whole, |pieces, _| halve(pieces))?;
     Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
 }
 
 fn flat<const D: usize>(composite: &Composite<D>, tolerance: f64) -> Result<Vec<Piece<D>>, Error> {
     check_tolerance(tolerance, composite.magnitude())?;
-    Ok(flat_pieces(composite, tolerance, limits::SEGMENTS)?)
+    flat_pieces(composite, tolerance, limits::SEGMENTS)
 }
 
 /// The pieces as a piecewise curve: in the family if asked for and possible, else as Bezier curves.
@@ -162,7 +167,7 @@ fn assemble<const D: usize>(
         match in_family(curve, cut, pieces) {
             Ok(family) => return Ok((true, family)),
             Err(error) if form == Form::Family => return Err(Error::from(error.fault).at("form")),
-            Err(_) => {}
+            Err(_) => work::checkpoint()?,
         }
     }
     let bases = Bases::Common(Basis::Bezier(Bezier));

@@ -6,6 +6,7 @@ use super::curve::{BSpline, Composite, Curve};
 use super::error::{At, Error, Fault, at_most};
 use super::limits;
 use super::point::Point;
+use super::work;
 
 /// The kind of knot vector wanted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -56,7 +57,7 @@ pub fn to_bspline<const D: usize>(curve: &Curve<D>, style: KnotStyle, tolerance:
         return Err(Fault::OutOfRange { what: "tolerance", value: tolerance, allowed }.at("tolerance"));
     }
     let composite = curve.composite().at("curve")?;
-    let found = parametric_orders(&composite, curve.closed(), tolerance);
+    let found = parametric_orders(&composite, curve.closed(), tolerance)?;
     let realized = |plan| realize(plan, &composite, curve.closed(), tolerance);
     let (curve, deviation) = match style {
         KnotStyle::Clamped => leanest(&composite, &found, realized),
@@ -75,10 +76,10 @@ pub fn to_bspline<const D: usize>(curve: &Curve<D>, style: KnotStyle, tolerance:
 
 /// A plan carried out: the B-spline, and how far it may be from the curve.
 fn realize<const D: usize>(plan: Plan, composite: &Composite<D>, closed: bool, tolerance: f64) -> Result<(BSpline<D>, f64), Error> {
-    let points = plan.control_points(composite);
-    at_most("control points in the answer", points.len(), limits::CONTROL_POINTS, "Convert the curve in parts")?;
+    at_most("control points in the answer", plan.count(), limits::CONTROL_POINTS, "Convert the curve in parts")?;
+    let points = plan.control_points(composite)?;
     let curve = BSpline::new(composite.degree(), plan.knots, points, closed)?;
-    let deviation = deviation(composite, &curve.composite()?);
+    let deviation = deviation(composite, &curve.composite()?)?;
     check_deviation(deviation, tolerance, composite).at("knots")?;
     Ok((curve, deviation))
 }
@@ -90,7 +91,10 @@ fn leanest<const D: usize, T>(
     found: &[(f64, i32)],
     realized: impl Fn(Plan) -> Result<T, Error>,
 ) -> Result<T, Error> {
-    let attempt = |least| realized(clamped(composite, found, least));
+    let attempt = |least| {
+        work::checkpoint()?;
+        realized(clamped(composite, found, least))
+    };
     attempt(0).or_else(|_| attempt(1)).or_else(|_| attempt(composite.degree()))
 }
 
@@ -165,18 +169,23 @@ fn uniform<const D: usize>(composite: &Composite<D>, found: &[(f64, i32)], close
 }
 
 impl Plan {
+    /// How many control points it makes.
+    fn count(&self) -> usize {
+        self.knots.len() - self.degree - 1
+    }
+
     /// Control point `i` is the blossom, at `knots[i + 1] .. knots[i + degree]`, of any segment in its support
     /// (Ramshaw 1987): the one nearest to the middle of the arguments is taken, where extrapolation is least.
-    fn control_points<const D: usize>(&self, curve: &Composite<D>) -> Vec<Point<D>> {
-        let count = self.knots.len() - self.degree - 1;
-        let mut points: Vec<_> = (0..count).map(|i| self.control_point(curve, i)).collect();
+    fn control_points<const D: usize>(&self, curve: &Composite<D>) -> Result<Vec<Point<D>>, Error> {
+        let count = self.count();
+        let mut points = work::collect((0..count).map(|i| self.control_point(curve, i)))?;
         if self.period.is_some() {
             // The first `degree` points come again at the end, to the last bit.
             for i in 0..self.degree {
                 points[count - self.degree + i] = points[i];
             }
         }
-        points
+        Ok(points)
     }
 
     fn control_point<const D: usize>(&self, curve: &Composite<D>, i: usize) -> Point<D> {
@@ -210,7 +219,7 @@ fn locate<const D: usize>(curve: &Composite<D>, lo: f64, hi: f64, middle: f64, p
 }
 
 /// The largest distance between Bezier points of the two curves on the intervals of the first.
-fn deviation<const D: usize>(original: &Composite<D>, result: &Composite<D>) -> f64 {
+fn deviation<const D: usize>(original: &Composite<D>, result: &Composite<D>) -> Result<f64, Error> {
     let on_interval = |i: usize| {
         let (a, b) = original.breaks().interval(i);
         let holder = result.breaks().segment_at(a + 0.5 * (b - a));
@@ -219,7 +228,7 @@ fn deviation<const D: usize>(original: &Composite<D>, result: &Composite<D>) -> 
         let piece = if start <= 0.0 && end >= 1.0 { points.to_vec() } else { restricted(points, start.max(0.0), end.min(1.0)) };
         original.segment(i).iter().zip(piece).map(|(p, q)| p.distance(q)).fold(0.0, f64::max)
     };
-    (0..original.breaks().segments()).map(on_interval).fold(0.0, f64::max)
+    Ok(work::collect((0..original.breaks().segments()).map(on_interval))?.into_iter().fold(0.0, f64::max))
 }
 
 /// The Bezier points over `[u, v]`, a part of `[0, 1]`.

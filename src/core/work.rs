@@ -51,6 +51,37 @@ pub fn checkpoint() -> Result<(), Error> {
     if cancelled { Err(Fault::Cancelled.into()) } else { Ok(()) }
 }
 
+/// Asks at the first and then at every 64th of many short steps, so that asking costs nothing next to them.
+#[derive(Debug, Clone, Default)]
+pub struct Pace(u8);
+
+impl Pace {
+    /// One step.
+    ///
+    /// # Errors
+    /// [`Fault::Cancelled`].
+    pub fn step(&mut self) -> Result<(), Error> {
+        let asks = self.0.is_multiple_of(64);
+        self.0 = self.0.wrapping_add(1);
+        if asks { checkpoint() } else { Ok(()) }
+    }
+}
+
+/// All items of an iterator that takes long.
+///
+/// # Errors
+/// [`Fault::Cancelled`].
+pub fn collect<T>(items: impl IntoIterator<Item = T>) -> Result<Vec<T>, Error> {
+    let items = items.into_iter();
+    let mut all = Vec::with_capacity(items.size_hint().0);
+    let mut pace = Pace::default();
+    for item in items {
+        pace.step()?;
+        all.push(item);
+    }
+    Ok(all)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,6 +96,20 @@ mod tests {
             assert_eq!(run(&unwanted, checkpoint), Err(Fault::Cancelled.into()));
             assert!(checkpoint().is_ok());
         });
+    }
+
+    #[test]
+    fn a_long_loop_asks_within_64_steps() {
+        let cancel = Cancel::default();
+        let mut taken = 0;
+        let steps = (0..1000).inspect(|&i| {
+            taken = i;
+            if i == 100 {
+                cancel.cancel();
+            }
+        });
+        assert_eq!(run(&cancel, || collect(steps)), Err(Fault::Cancelled.into()));
+        assert!((100..=164).contains(&taken), "{taken}");
     }
 
     #[test]

@@ -132,6 +132,6 @@ fn report<const D: usize>(
     style: ReportStyle,
 ) -> Result<ContinuityAnswer, Error> {
     let (a, b) = composite.breaks().domain();
-    let report = core::continuity(composite, closed, tolerance);
+    let report = core::continuity(composite, closed, tolerance)?;
     Ok(ContinuityAnswer { domain: Some(vec![a, b]), continuity: Some(Continuity::of_core(&report, style)) })
 }

@@ -11,6 +11,7 @@ use serde_path_to_error::{Path, Segment};
 use super::error::Problem;
 use super::paper::{Paper, Stopped};
 use crate::core::error::{Error, Fault};
+use crate::core::work::checkpoint;
 
 /// Reads a request.
 ///
@@ -18,7 +19,10 @@ use crate::core::error::{Error, Fault};
 /// A problem with status 400, a pointer to the value at fault, and line and column.
 pub fn from_bytes<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
     // The fast way knows no path; only a failure is read again with one.
-    serde_json::from_slice(body).map_err(|error| explain::<T>(body, &error))
+    serde_json::from_slice(body).or_else(|error| {
+        checkpoint()?;
+        Err(explain::<T>(body, &error))
+    })
 }
 
 fn explain<T: DeserializeOwned>(body: &[u8], error: &serde_json::Error) -> Problem {

@@ -6,6 +6,7 @@ use crate::core::error::{At, Error, Fault};
 use crate::core::knots::{Breaks, KnotVector};
 use crate::core::limits;
 use crate::core::point::{Point, magnitude};
+use crate::core::work::Pace;
 
 /// A B-spline curve on a full knot vector, over its valid range.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,7 +108,9 @@ impl<const D: usize> BSpline<D> {
         let knots = self.knots.as_slice();
         let mut breaks = vec![self.knots.domain().0];
         let mut points = Vec::with_capacity(self.points.len() * 2);
+        let mut pace = Pace::default();
         for span in self.knots.spans() {
+            pace.step()?;
             breaks.push(knots[span + 1]);
             points.extend(self.span(span));
         }

@@ -1,9 +1,10 @@
 //! The common ground of all curves: polynomial segments in Bezier form, end to end.
 
-use crate::core::bezier_form::{elevate, hodograph, horner, scaled};
+use crate::core::bezier_form::{binomials, elevate, hodograph, horner, scaled, unit_of};
 use crate::core::error::{Error, Fault};
 use crate::core::knots::Breaks;
 use crate::core::point::{Point, magnitude};
+use crate::core::work::Pace;
 
 /// Segments of one degree over the intervals between joints. Neighbours need not meet: a B-spline
 /// may jump at a knot of multiplicity `degree + 1`.
@@ -29,18 +30,23 @@ pub struct Evaluator<'a, const D: usize> {
 impl<const D: usize> Composite<D> {
     /// From the Bezier points of each segment; segments of lower degree are elevated to the highest.
     /// As many segments as the breaks have intervals, each of at least one point.
-    pub fn from_segments(breaks: Breaks, segments: &[Vec<Point<D>>]) -> Self {
-        debug_assert_eq!(breaks.segments(), segments.len());
-        let degree = segments.iter().map(Vec::len).max().unwrap_or(1) - 1;
-        let mut points = Vec::with_capacity(segments.len() * (degree + 1));
+    ///
+    /// # Errors
+    /// [`Fault::Cancelled`].
+    pub fn from_segments<'a>(breaks: Breaks, segments: impl Iterator<Item = &'a [Point<D>]> + Clone) -> Result<Self, Error> {
+        debug_assert_eq!(breaks.segments(), segments.clone().count());
+        let degree = segments.clone().map(<[_]>::len).max().unwrap_or(1) - 1;
+        let mut points = Vec::with_capacity(breaks.segments() * (degree + 1));
+        let mut pace = Pace::default();
         for segment in segments {
+            pace.step()?;
             if segment.len() == degree + 1 {
                 points.extend_from_slice(segment);
             } else {
                 points.extend(elevate(segment, degree));
             }
         }
-        Composite { breaks, degree, points }
+        Ok(Composite { breaks, degree, points })
     }
 
     /// From the Bezier points of all segments, one after the other.
@@ -60,8 +66,7 @@ impl<const D: usize> Composite<D> {
             let own = curve.breaks.as_slice();
             knots.extend(own[1..].iter().map(|t| start + (t - own[0])));
         }
-        let segments: Vec<_> = curves.iter().flat_map(|curve| curve.segments().map(<[_]>::to_vec)).collect();
-        Ok(Self::from_segments(Breaks::new(knots)?, &segments))
+        Self::from_segments(Breaks::new(knots)?, curves.iter().flat_map(Composite::segments))
     }
 
     /// The joints.
@@ -80,7 +85,7 @@ impl<const D: usize> Composite<D> {
     }
 
     /// The Bezier points of every segment, in order.
-    pub fn segments(&self) -> impl DoubleEndedIterator<Item = &[Point<D>]> + ExactSizeIterator {
+    pub fn segments(&self) -> impl DoubleEndedIterator<Item = &[Point<D>]> + ExactSizeIterator + Clone {
         self.points.chunks_exact(self.degree + 1)
     }
 
@@ -90,13 +95,18 @@ impl<const D: usize> Composite<D> {
     }
 
     /// The derivative with respect to the curve's own parameter.
-    pub fn derivative(&self) -> Self {
-        let hodographs = self.segments().enumerate().flat_map(|(i, points)| {
+    ///
+    /// # Errors
+    /// [`Fault::Cancelled`].
+    pub fn derivative(&self) -> Result<Self, Error> {
+        let mut points = Vec::with_capacity(self.points.len());
+        let mut pace = Pace::default();
+        for (i, segment) in self.segments().enumerate() {
+            pace.step()?;
             let (a, b) = self.breaks.interval(i);
-            hodograph(points, b - a)
-        });
-        let points = hodographs.collect();
-        Composite { breaks: self.breaks.clone(), degree: self.degree.saturating_sub(1), points }
+            points.extend(hodograph(segment, b - a));
+        }
+        Ok(Composite { breaks: self.breaks.clone(), degree: self.degree.saturating_sub(1), points })
     }
 
     /// Refuses a curve that jumps: the segments of a piecewise curve share their joints.
@@ -118,9 +128,19 @@ impl<const D: usize> Composite<D> {
     }
 
     /// Ready to be evaluated many times.
-    pub fn evaluator(&self) -> Evaluator<'_, D> {
-        let (scaled, unit) = scaled(&self.points, self.degree);
-        Evaluator { breaks: &self.breaks, degree: self.degree, scaled, unit }
+    ///
+    /// # Errors
+    /// [`Fault::Cancelled`].
+    pub fn evaluator(&self) -> Result<Evaluator<'_, D>, Error> {
+        let unit = unit_of(self.magnitude());
+        let binomials = binomials(self.degree);
+        let mut points = Vec::with_capacity(self.points.len());
+        let mut pace = Pace::default();
+        for segment in self.segments() {
+            pace.step()?;
+            points.extend(scaled(segment, &binomials, unit));
+        }
+        Ok(Evaluator { breaks: &self.breaks, degree: self.degree, scaled: points, unit })
     }
 }
 

@@ -33,7 +33,7 @@ impl<const D: usize> Curve<D> {
     pub fn composite(&self) -> Result<Composite<D>, Error> {
         match self {
             Curve::Single(curve) => curve.composite(),
-            Curve::Piecewise(curve) => Ok(curve.composite()),
+            Curve::Piecewise(curve) => curve.composite(),
             Curve::BSpline(curve) => curve.composite(),
         }
     }

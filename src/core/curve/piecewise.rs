@@ -8,6 +8,7 @@ use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::knots::Breaks;
 use crate::core::limits;
 use crate::core::point::Point;
+use crate::core::work::{self, Pace};
 
 /// One basis for all segments, or one for each.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,16 +59,20 @@ impl Bases {
     pub(crate) fn check_each(&self, check: impl Fn(&Basis) -> Result<(), Fault>) -> Result<(), Error> {
         match self {
             Bases::Common(basis) => check(basis).at("basis"),
-            Bases::PerSegment(bases) => bases.iter().enumerate().try_for_each(|(i, basis)| check(basis).at(i).at("bases")),
+            Bases::PerSegment(bases) => bases.iter().enumerate().try_for_each(|(i, basis)| {
+                work::checkpoint()?;
+                check(basis).at(i).at("bases")
+            }),
         }
     }
 
     /// What `make` gives for the basis of each segment in turn, computed once where neighbours share it.
-    pub(crate) fn map<T, E>(&self, mut make: impl FnMut(usize, &Basis) -> Result<T, E>) -> Result<PerSegment<T>, E> {
+    pub(crate) fn map<T>(&self, mut make: impl FnMut(usize, &Basis) -> Result<T, Error>) -> Result<PerSegment<T>, Error> {
         let bases = self.as_slice();
         let (mut made, mut index) = (Vec::new(), Vec::with_capacity(bases.len()));
         for (i, basis) in bases.iter().enumerate() {
             if i == 0 || bases[i - 1] != *basis {
+                work::checkpoint()?;
                 made.push(make(i, basis)?);
             }
             index.push(made.len() - 1);
@@ -142,7 +147,9 @@ impl<const D: usize> Piecewise<D> {
         let condition = ways.iter().map(|way| way.condition).fold(1.0, f64::max);
         let mut points = Vec::with_capacity(composite.breaks().segments() * order + 1);
         points.push(composite.segment(0)[0]);
+        let mut pace = Pace::default();
         for (i, segment) in composite.segments().enumerate() {
+            pace.step()?;
             let control = ways.of(i).control_points(&elevate(segment, order));
             points.extend_from_slice(&control[1..order]);
             // The bases interpolate end points: take the joint itself, not its rounded image.
@@ -191,14 +198,16 @@ impl<const D: usize> Piecewise<D> {
     }
 
     /// The Bezier segments of the same curve. O(points), the shape matrices aside.
-    pub fn composite(&self) -> Composite<D> {
-        let matrix = |_, basis: &Basis| Ok::<_, std::convert::Infallible>((!basis.is_identity()).then(|| basis.shape_matrix(self.order)));
-        let Ok(matrices) = self.bases.map(matrix);
+    ///
+    /// # Errors
+    /// [`Fault::Cancelled`].
+    pub fn composite(&self) -> Result<Composite<D>, Error> {
+        let matrices = self.bases.map(|_, basis| Ok((!basis.is_identity()).then(|| basis.shape_matrix(self.order))))?;
         let bezier = |i: usize| match matrices.of(i) {
             Some(matrix) => ShapeMatrix::apply(matrix, self.polygon(i)),
             None => self.polygon(i).to_vec(),
         };
-        let segments: Vec<_> = (0..self.breaks.segments()).map(bezier).collect();
-        Composite::from_segments(self.breaks.clone(), &segments)
+        let segments = work::collect((0..self.breaks.segments()).map(bezier))?;
+        Composite::from_segments(self.breaks.clone(), segments.iter().map(Vec::as_slice))
     }
 }

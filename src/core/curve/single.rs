@@ -6,6 +6,7 @@ use crate::core::basis::Basis;
 use crate::core::error::{At, Error, at_most};
 use crate::core::limits;
 use crate::core::point::Point;
+use crate::core::work;
 
 /// A control polygon and a basis that suits its order. The parameter runs over `[0, 1]`, for
 /// alpha-beta-Bezier over `[0, alpha]`.
@@ -50,8 +51,9 @@ impl<const D: usize> Single<D> {
     /// The curve as a composite of one segment.
     ///
     /// # Errors
-    /// None that a valid curve can cause: the domain `[0, alpha]` has positive length.
+    /// None that a valid curve can cause, as the domain `[0, alpha]` has positive length; [`Fault::Cancelled`](crate::core::error::Fault).
     pub fn composite(&self) -> Result<Composite<D>, Error> {
+        work::checkpoint()?;
         single_segment(self.basis.length(), self.bezier_points())
     }
 

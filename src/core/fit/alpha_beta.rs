@@ -30,7 +30,7 @@ impl<const D: usize> Solver<D> for AlphaBetaShape<D> {
     fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         let p = &self.polygon;
         let origin = p[0];
-        let reduced = Reduced::new(data, parameters, 3, origin);
+        let reduced = Reduced::new(data, parameters, 3, origin)?;
         let end = p[3] - origin;
         let still = [Point::ZERO, Point::ZERO, end, end];
         let moving = [Point::ZERO, (p[1] - p[0]) * (1.0 / 3.0), (p[2] - p[3]) * (1.0 / 3.0), Point::ZERO];

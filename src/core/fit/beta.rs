@@ -8,6 +8,7 @@ use crate::core::basis::{Basis, Beta};
 use crate::core::curve::Single;
 use crate::core::error::Error;
 use crate::core::point::Point;
+use crate::core::work;
 
 /// Intervals of the grid over `tau = beta / (1 + beta)` in [0, 1].
 const GRID: usize = 64;
@@ -36,7 +37,7 @@ impl<const D: usize> Solver<D> for BetaShape<D> {
     fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         let origin = self.polygon[0];
         let polygon: Vec<_> = self.polygon.iter().map(|&p| p - origin).collect();
-        let reduced = Reduced::new(data, parameters, polygon.len() - 1, origin);
+        let reduced = Reduced::new(data, parameters, polygon.len() - 1, origin)?;
         let tau = Trials { polygon, reduced }.best()?;
         let at_bound = tau == 0.0 || tau == 1.0;
         let curve = Single::new(Basis::Beta(basis(tau)?), self.polygon.clone())?;
@@ -57,6 +58,7 @@ struct Trials<const D: usize> {
 
 impl<const D: usize> Trials<D> {
     fn bezier(&self, tau: f64) -> Result<Vec<Point<D>>, Error> {
+        work::checkpoint()?;
         Ok(Basis::Beta(basis(tau)?).shape_matrix(self.polygon.len() - 1).apply(&self.polygon))
     }
 

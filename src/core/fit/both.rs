@@ -5,11 +5,13 @@ use super::parameters::distinct;
 use super::quasi::{best_matrix, centre, quasi_basis};
 use super::reduced::{Reduced, deficiency, solve_for_control_points};
 use super::shape::check_degree;
+use super::unsolved::Unsolved;
 use super::{Ends, Family, PROGRESS, Solved, Solver};
 use crate::core::basis::ShapeMatrix;
 use crate::core::curve::{Single, within_degrees};
 use crate::core::error::{At, Error, Fault};
 use crate::core::point::{Point, magnitude};
+use crate::core::work;
 
 /// The most rounds of alternation.
 const ROUNDS: usize = 100;
@@ -69,16 +71,18 @@ impl<const D: usize> Solver<D> for Both {
     fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         let origin = centre(&data.points);
         let fixed = data.fixed_ends().map(|(first, last)| (first - origin, last - origin));
-        let reduced = Reduced::new(data, parameters, self.degree, origin);
+        let reduced = Reduced::new(data, parameters, self.degree, origin)?;
         let alternation = Alternation { reduced, fixed, degree: self.degree, ends: data.ends };
         let start = ShapeMatrix::elevation(self.degree, self.order);
-        let first = alternation.best_polygon(start).map_err(|deficient| {
-            let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
-            let count = distinct(parameters.iter().copied().filter(inner));
-            deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
+        let first = alternation.best_polygon(start).map_err(|unsolved| {
+            unsolved.explained(|deficient| {
+                let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
+                let count = distinct(parameters.iter().copied().filter(inner));
+                deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
+            })
         })?;
         let rounding = f64::EPSILON * alternation.reduced.norm() * magnitude(&data.points);
-        let (best, iterations, converged) = alternation.descend(first, rounding);
+        let (best, iterations, converged) = alternation.descend(first, rounding)?;
         let mut points: Vec<_> = best.polygon.iter().map(|&p| p + origin).collect();
         if let Some((start, end)) = data.fixed_ends() {
             (points[0], points[self.order]) = (start, end);
@@ -89,7 +93,7 @@ impl<const D: usize> Solver<D> for Both {
 }
 
 impl<const D: usize> Alternation<D> {
-    fn best_polygon(&self, matrix: ShapeMatrix) -> Result<State<D>, crate::core::least_squares::Deficient> {
+    fn best_polygon(&self, matrix: ShapeMatrix) -> Result<State<D>, Unsolved> {
         let polygon = solve_for_control_points(self.reduced.equations(), &matrix, self.fixed)?;
         let error = self.reduced.error(&matrix.apply(&polygon));
         Ok(State { matrix, polygon, error })
@@ -97,23 +101,25 @@ impl<const D: usize> Alternation<D> {
 
     /// Rounds of both steps, while the error falls; a round that loses the rank of the matrix or the
     /// polygon is dropped. Also how many rounds there were, and whether progress ended them.
-    fn descend(&self, first: State<D>, rounding: f64) -> (State<D>, usize, bool) {
+    fn descend(&self, first: State<D>, rounding: f64) -> Result<(State<D>, usize, bool), Error> {
         let mut best = first;
         for round in 1..=ROUNDS {
             if best.error <= rounding {
-                return (best, round, true);
+                return Ok((best, round, true));
             }
             let next = best_matrix(&self.reduced, &best.polygon, self.degree, self.ends)
                 .and_then(|matrix| self.best_polygon(matrix))
                 .ok()
                 .filter(|next| next.error < best.error && quasi_basis(&next.matrix).is_ok());
-            let Some(next) = next else { return (best, round, true) };
+            // A round that was stopped is none that failed.
+            work::checkpoint()?;
+            let Some(next) = next else { return Ok((best, round, true)) };
             let little = best.error - next.error <= PROGRESS * best.error;
             best = next;
             if little {
-                return (best, round, true);
+                return Ok((best, round, true));
             }
         }
-        (best, ROUNDS, false)
+        Ok((best, ROUNDS, false))
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::refine::violated_segments;
 use super::spline::{Ordered, Spline};
 use crate::core::error::Error;
+use crate::core::work;
 
 /// Trials of many joints at once.
 const BATCHES: usize = 40;
@@ -34,6 +35,7 @@ fn in_batches<const D: usize>(ordered: &Ordered<D>, spline: Spline<D>, tolerance
             trials += 1;
             let kept = best.joints.iter().copied().filter(|place| !out.contains(place)).collect();
             let Ok(trial) = ordered.spline(kept) else {
+                work::checkpoint()?;
                 // The joints that are left lose the rank together: try fewer.
                 keep_half(&mut out, &mut needed);
                 continue;
@@ -43,7 +45,7 @@ fn in_batches<const D: usize>(ordered: &Ordered<D>, spline: Spline<D>, tolerance
                 best = trial;
                 break;
             }
-            restore(&mut out, &mut needed, &trial.joints, &violated);
+            restore(&mut out, &mut needed, &trial.joints, &violated)?;
         }
     }
     Ok(best)
@@ -70,18 +72,18 @@ fn keep_half(out: &mut BTreeSet<usize>, needed: &mut [bool]) {
 }
 
 /// Puts back the joints inside violated segments; where there is none, all that are near one, or else all.
-fn restore(out: &mut BTreeSet<usize>, needed: &mut [bool], joints: &[usize], violated: &[bool]) {
+fn restore(out: &mut BTreeSet<usize>, needed: &mut [bool], joints: &[usize], violated: &[bool]) -> Result<(), Error> {
     let mut reach = 0;
     loop {
         let near = |k: usize| (k.saturating_sub(reach)..=(k + reach).min(violated.len() - 1)).any(|k| violated[k]);
         let guilty = |place: &usize| near(joints.partition_point(|joint| joint <= place) - 1);
-        let back: Vec<usize> = out.iter().copied().filter(guilty).collect();
-        if !back.is_empty() {
-            for place in back {
+        let verdicts = work::collect(out.iter().map(|place| (*place, guilty(place))))?;
+        if verdicts.iter().any(|&(_, guilty)| guilty) {
+            for (place, _) in verdicts.into_iter().filter(|&(_, guilty)| guilty) {
                 out.remove(&place);
                 needed[place] = true;
             }
-            return;
+            return Ok(());
         }
         reach = 2 * reach + 1;
     }
@@ -120,6 +122,7 @@ fn one_by_one<const D: usize>(ordered: &Ordered<D>, spline: Spline<D>, tolerance
                 return Ok((best, false));
             }
             trials -= 1;
+            work::checkpoint()?;
             let fewer = best.joints.iter().copied().filter(|&joint| joint != place).collect();
             best = match ordered.spline(fewer) {
                 Ok(trial) if trial.error() <= tolerance => trial,

@@ -57,10 +57,12 @@ impl<const D: usize> Solver<D> for ControlPoints {
         self.refuse_straight_limit()?;
         let length = self.basis.length();
         let rows = equations(data, parameters, length, self.matrix.degree(), Point::ZERO);
-        let points = solve_for_control_points(rows, &self.matrix, data.fixed_ends()).map_err(|deficient| {
-            let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < length);
-            let count = distinct(parameters.iter().copied().filter(inner));
-            deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
+        let points = solve_for_control_points(rows, &self.matrix, data.fixed_ends()).map_err(|unsolved| {
+            unsolved.explained(|deficient| {
+                let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < length);
+                let count = distinct(parameters.iter().copied().filter(inner));
+                deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
+            })
         })?;
         let curve = Single::new(self.basis.clone(), points).map_err(|error| Error::from(error.fault).at("points"))?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })

@@ -7,6 +7,7 @@ use super::{Ends, Fit, Solver};
 use crate::core::curve::{Composite, Evaluator};
 use crate::core::error::Error;
 use crate::core::point::{Point, magnitude};
+use crate::core::work;
 
 /// The most rounds of parameter correction.
 pub const CORRECTION_ROUNDS: usize = 100;
@@ -24,13 +25,13 @@ pub(super) fn correct<const D: usize>(first: Fit<D>, solver: &dyn Solver<D>, dat
     let rounding = f64::EPSILON * magnitude(&data.points);
     let mut best = Fit { converged: false, iterations: 1, ..first };
     while !best.converged && best.iterations < solver.rounds() {
-        let parameters = feet(&best.curve.composite()?, data, &best.parameters);
+        let parameters = feet(&best.curve.composite()?, data, &best.parameters)?;
         let next = solver.solve(data, &parameters).and_then(|solved| Fit::of(solved, data, parameters));
         let iterations = best.iterations + 1;
         let before = best.error.rms;
         match next {
             Ok(next) if next.error.rms < before => best = next,
-            _ => {}
+            _ => work::checkpoint()?,
         }
         best.converged = before - best.error.rms <= PROGRESS * before || best.error.rms <= rounding;
         best.iterations = iterations;
@@ -47,15 +48,15 @@ struct Feet<'a, const D: usize> {
 }
 
 /// A parameter for each point at which the curve is no further from it than before.
-fn feet<const D: usize>(curve: &Composite<D>, data: &Data<D>, parameters: &[f64]) -> Vec<f64> {
-    let first = curve.derivative();
-    let second = first.derivative();
+fn feet<const D: usize>(curve: &Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Vec<f64>, Error> {
+    let first = curve.derivative()?;
+    let second = first.derivative()?;
     let (_, length) = curve.breaks().domain();
-    let feet = Feet { length, curve: curve.evaluator(), first: first.evaluator(), second: second.evaluator() };
+    let feet = Feet { length, curve: curve.evaluator()?, first: first.evaluator()?, second: second.evaluator()? };
     let last = parameters.len() - 1;
     let held = |i: usize| data.ends == Ends::Interpolate && (i == 0 || i == last);
     let moved = |(i, &t): (usize, &f64)| if held(i) { t } else { feet.near(data.points[i], t) };
-    parameters.iter().enumerate().map(moved).collect()
+    work::collect(parameters.iter().enumerate().map(moved))
 }
 
 impl<const D: usize> Feet<'_, D> {
@@ -102,10 +103,10 @@ mod tests {
         let points = pairs().map(|(x, _)| Point([11.0 * x - 3.0, 9.0 * (7.0 * x).fract() - 1.0])).collect();
         let data = Data::new(points, None, Ends::Free).unwrap();
         let start: Vec<f64> = pairs().map(|(_, t)| t).collect();
-        let once = feet(&curve, &data, &start);
-        let found = (0..3).fold(once.clone(), |t, _| feet(&curve, &data, &t));
-        let derivative = curve.derivative();
-        let (at, tangent) = (curve.evaluator(), derivative.evaluator());
+        let once = feet(&curve, &data, &start).unwrap();
+        let found = (0..3).fold(once.clone(), |t, _| feet(&curve, &data, &t).unwrap());
+        let derivative = curve.derivative().unwrap();
+        let (at, tangent) = (curve.evaluator().unwrap(), derivative.evaluator().unwrap());
         for (i, (&t, &p)) in found.iter().zip(&data.points).enumerate() {
             assert!(at.at(once[i]).distance(p) <= at.at(start[i]).distance(p), "point {i}");
             // Distances stop telling parameters apart at half the digits.

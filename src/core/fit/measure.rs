@@ -3,6 +3,7 @@
 use crate::core::curve::Curve;
 use crate::core::error::Error;
 use crate::core::point::Point;
+use crate::core::work;
 
 /// Distances between points and the curve at their parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,8 +34,8 @@ impl FitError {
 /// Evaluates the curve at each parameter. O(points * degree).
 pub(super) fn measure<const D: usize>(curve: &Curve<D>, points: &[Point<D>], parameters: &[f64]) -> Result<FitError, Error> {
     let composite = curve.composite()?;
-    let evaluator = composite.evaluator();
-    let distances: Vec<f64> = points.iter().zip(parameters).map(|(&p, &t)| evaluator.at(t).distance(p)).collect();
+    let evaluator = composite.evaluator()?;
+    let distances = work::collect(points.iter().zip(parameters).map(|(&p, &t)| evaluator.at(t).distance(p)))?;
     Ok(FitError::of(&distances))
 }
 

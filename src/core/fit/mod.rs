@@ -20,6 +20,7 @@ mod refine;
 mod shape;
 mod spline;
 mod tolerance;
+mod unsolved;
 
 pub use correction::{CORRECTION_ROUNDS, PROGRESS};
 pub use measure::FitError;

@@ -5,6 +5,7 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeCone
 
 use super::combination::normalized;
 use crate::core::point::Point;
+use crate::core::work::checkpoint;
 
 /// What the interior-point method is asked for; it stops earlier where it makes no more progress.
 const TOLERANCE: f64 = 1e-12;
@@ -53,6 +54,7 @@ pub(super) fn convex_rows<const D: usize>(equations: &[(Vec<f64>, Point<D>)], po
     let settings =
         DefaultSettings { verbose: false, tol_gap_abs: TOLERANCE, tol_gap_rel: TOLERANCE, tol_feas: TOLERANCE, ..Default::default() };
     let mut solver = DefaultSolver::new(&p, &vec![0.0; layout.variables], &a, &right, &cones, settings).ok()?;
+    solver.set_termination_callback(|_| checkpoint().is_err());
     solver.solve();
     let usable = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress);
     let weights = &solver.solution.x[..bezier];

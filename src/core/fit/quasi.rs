@@ -8,12 +8,14 @@ use super::parameters::distinct;
 use super::quadratic_program::convex_rows;
 use super::reduced::{Reduced, combine, deficiency, length};
 use super::shape::no_influence;
+use super::unsolved::Unsolved;
 use super::{Ends, Solved, Solver};
 use crate::core::basis::{Basis, Quasi, Shape, ShapeMatrix};
 use crate::core::curve::Single;
 use crate::core::error::{Error, Fault};
 use crate::core::least_squares::{Deficient, LeastSquares};
 use crate::core::point::{Point, magnitude};
+use crate::core::work;
 
 /// Weights below this came out of the interior-point method as zeros.
 const ZERO_WEIGHT: f64 = 1e-6;
@@ -40,12 +42,14 @@ impl<const D: usize> Solver<D> for QuasiShape<D> {
         }
         let origin = centre(&self.polygon);
         let polygon: Vec<_> = self.polygon.iter().map(|&p| p - origin).collect();
-        let reduced = Reduced::new(data, parameters, self.degree, origin);
-        let matrix = best_matrix(&reduced, &polygon, self.degree, data.ends).map_err(|deficient| {
-            let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
-            let count = distinct(parameters.iter().copied().filter(inner));
-            let advice = "give more points, or a lower degree";
-            deficiency(deficient, count, "Bezier points of this degree", advice).at("degree").at("solve")
+        let reduced = Reduced::new(data, parameters, self.degree, origin)?;
+        let matrix = best_matrix(&reduced, &polygon, self.degree, data.ends).map_err(|unsolved| {
+            unsolved.explained(|deficient| {
+                let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
+                let count = distinct(parameters.iter().copied().filter(inner));
+                let advice = "give more points, or a lower degree";
+                deficiency(deficient, count, "Bezier points of this degree", advice).at("degree").at("solve")
+            })
         })?;
         let curve = Single::new(quasi_basis(&matrix)?, self.polygon.clone())?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
@@ -88,7 +92,7 @@ pub(super) fn best_matrix<const D: usize>(
     polygon: &[Point<D>],
     degree: usize,
     ends: Ends,
-) -> Result<ShapeMatrix, Deficient> {
+) -> Result<ShapeMatrix, Unsolved> {
     let order = polygon.len() - 1;
     let unknown = if ends == Ends::Interpolate { 1..degree } else { 0..degree + 1 };
     let program = Program::new(reduced, polygon, ShapeMatrix::elevation(degree, order), unknown.clone());
@@ -114,19 +118,22 @@ impl<const D: usize> Program<D> {
     }
 
     /// One row of weights per unknown Bezier point.
-    fn solve(&self) -> Result<Vec<Vec<f64>>, Deficient> {
+    fn solve(&self) -> Result<Vec<Vec<f64>>, Unsolved> {
         let finite = |p: &Point<D>| p.is_finite();
         if !self.polygon.iter().all(finite) || !self.equations.iter().all(|(_, right)| finite(right)) {
             // Coordinates at the end of the range of a double: the error, once measured, says so.
             return Ok(self.unknown.clone().map(|i| self.elevation.row(i).to_vec()).collect());
         }
         let unbounded = self.unbounded()?;
-        let rows = self.combinations(&unbounded);
+        let rows = self.combinations(&unbounded)?;
         if self.off_hull(&rows, &unbounded) <= ON_HULL {
             return Ok(rows);
         }
-        Ok(match convex_rows(&self.equations, &self.polygon) {
-            Some(inner) => self.polished(&inner),
+        let inner = convex_rows(&self.equations, &self.polygon);
+        // A program that was stopped is none that failed.
+        work::checkpoint()?;
+        Ok(match inner {
+            Some(inner) => self.polished(&inner)?,
             None => rows,
         })
     }
@@ -139,8 +146,11 @@ impl<const D: usize> Program<D> {
     }
 
     /// For each Bezier point the weights that give it and are nearest to degree elevation.
-    fn combinations(&self, bezier: &[Point<D>]) -> Vec<Vec<f64>> {
-        let row = |(i, &q): (usize, &Point<D>)| nearest_combination(&self.polygon, q, self.elevation.row(self.unknown.start + i));
+    fn combinations(&self, bezier: &[Point<D>]) -> Result<Vec<Vec<f64>>, Error> {
+        let row = |(i, &q): (usize, &Point<D>)| {
+            work::checkpoint()?;
+            Ok(nearest_combination(&self.polygon, q, self.elevation.row(self.unknown.start + i)))
+        };
         bezier.iter().enumerate().map(row).collect()
     }
 
@@ -160,20 +170,25 @@ impl<const D: usize> Program<D> {
 
     /// The interior point's solution with all digits: its zeros tell the face of the hull each Bezier
     /// point lies on, and on those faces the problem is linear. Kept only where it is no worse.
-    fn polished(&self, inner: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let plain = self.combinations(&self.bezier(inner));
-        let Ok(bezier) = self.on_faces(inner) else { return plain };
-        let rows = self.combinations(&bezier);
+    fn polished(&self, inner: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
+        let plain = self.combinations(&self.bezier(inner))?;
+        let bezier = match self.on_faces(inner) {
+            Ok(bezier) => bezier,
+            Err(Unsolved::Deficient(_)) => return Ok(plain),
+            Err(Unsolved::Stopped(error)) => return Err(error),
+        };
+        let rows = self.combinations(&bezier)?;
         let no_worse = self.error(&rows) <= self.error(&plain) * (1.0 + 1e-9);
-        if no_worse && self.off_hull(&rows, &bezier) <= ON_HULL { rows } else { plain }
+        Ok(if no_worse && self.off_hull(&rows, &bezier) <= ON_HULL { rows } else { plain })
     }
 
     /// Least squares with each Bezier point free on the flat of the vertices it has weight on.
-    fn on_faces(&self, inner: &[Vec<f64>]) -> Result<Vec<Point<D>>, Deficient> {
+    fn on_faces(&self, inner: &[Vec<f64>]) -> Result<Vec<Point<D>>, Unsolved> {
         let flats: Vec<_> = inner.iter().map(|row| Flat::new(&self.polygon, row)).collect();
         let columns = flats.iter().map(|flat| flat.directions.len()).sum();
         let mut problem = LeastSquares::<1>::dense(columns);
         for (row, right) in &self.equations {
+            work::checkpoint()?;
             let rest = row.iter().zip(&flats).fold(*right, |rest, (&r, flat)| rest - flat.base * r);
             for axis in 0..D {
                 let coefficients = row.iter().zip(&flats).flat_map(|(r, flat)| flat.directions.iter().map(move |e| r * e[axis]));

@@ -1,11 +1,13 @@
 //! Data as linear equations for the Bezier points of one segment.
 
 use super::data::Data;
+use super::unsolved::Unsolved;
 use crate::core::basis::ShapeMatrix;
 use crate::core::bezier_form::bernstein;
-use crate::core::error::Fault;
+use crate::core::error::{Error, Fault};
 use crate::core::least_squares::{Deficient, LeastSquares};
 use crate::core::point::Point;
+use crate::core::work::Pace;
 
 /// One equation: coefficients of all Bezier points, right-hand side, weight.
 pub(super) type Equation<const D: usize> = (Vec<f64>, Point<D>, f64);
@@ -32,9 +34,11 @@ pub(super) struct Reduced<const D: usize> {
 
 impl<const D: usize> Reduced<D> {
     /// O(points * degree^2).
-    pub(super) fn new(data: &Data<D>, parameters: &[f64], degree: usize, origin: Point<D>) -> Self {
+    pub(super) fn new(data: &Data<D>, parameters: &[f64], degree: usize, origin: Point<D>) -> Result<Self, Error> {
         let mut problem = LeastSquares::dense(degree + 1);
+        let mut pace = Pace::default();
         for (row, right, weight) in equations(data, parameters, 1.0, degree, origin) {
+            pace.step()?;
             problem.push(0, &row, right, weight);
         }
         let full_row = |k: usize| {
@@ -42,7 +46,7 @@ impl<const D: usize> Reduced<D> {
             ([vec![0.0; k], entries.to_vec()].concat(), right)
         };
         let (rows, right) = (0..=degree).map(full_row).unzip();
-        Reduced { rows, right }
+        Ok(Reduced { rows, right })
     }
 
     /// The equations, each of weight 1.
@@ -92,11 +96,13 @@ pub(super) fn solve_for_control_points<const D: usize>(
     equations: impl Iterator<Item = Equation<D>>,
     matrix: &ShapeMatrix,
     fixed: Option<(Point<D>, Point<D>)>,
-) -> Result<Vec<Point<D>>, Deficient> {
+) -> Result<Vec<Point<D>>, Unsolved> {
     let order = matrix.order();
     let unknown = if fixed.is_some() { 1..order } else { 0..order + 1 };
     let mut problem = LeastSquares::dense(unknown.len());
+    let mut pace = Pace::default();
     for (bezier, right, weight) in equations {
+        pace.step()?;
         let column = |j: usize| bezier.iter().zip(matrix.rows()).map(|(b, row)| b * row[j]).sum::<f64>();
         let right = fixed.map_or(right, |(first, last)| right - first * column(0) - last * column(order));
         problem.push(0, &unknown.clone().map(column).collect::<Vec<_>>(), right, weight);

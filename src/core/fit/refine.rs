@@ -1,7 +1,7 @@
 //! More joints, until the tolerance holds.
 
 use super::spline::{Ordered, Spline};
-use crate::core::least_squares::Deficient;
+use super::unsolved::Unsolved;
 
 /// After so many rounds every segment is split, so that the rounds that follow are few.
 const PATIENCE: usize = 40;
@@ -16,13 +16,16 @@ const TIE: f64 = 1e-9;
 /// many splines were tried; the last one where none does.
 ///
 /// A segment with a point too far off is split at the place in the middle of its points.
-pub(super) fn refine<const D: usize>(ordered: &Ordered<D>, tolerance: f64) -> Result<(Spline<D>, usize), Deficient> {
+pub(super) fn refine<const D: usize>(ordered: &Ordered<D>, tolerance: f64) -> Result<(Spline<D>, usize), Unsolved> {
     let mut spline = ordered.spline(vec![0, ordered.places.len() - 1])?;
     let mut rounds = 1;
     while spline.error() > tolerance {
         let Some(joints) = more_joints(ordered, &spline, tolerance, rounds >= PATIENCE) else { break };
         // Long runs of neighbouring joints are determined, but may lose all digits; interpolation is sound.
-        spline = ordered.spline(joints).or_else(|_| ordered.spline(not_a_knot(ordered.places.len())))?;
+        spline = ordered.spline(joints).or_else(|unsolved| match unsolved {
+            Unsolved::Deficient(_) => ordered.spline(not_a_knot(ordered.places.len())),
+            stopped => Err(stopped),
+        })?;
         rounds += 1;
     }
     Ok((spline, rounds))

@@ -2,10 +2,12 @@
 
 use crate::core::curve::{BSpline, Composite};
 use crate::core::error::{Error, Fault};
-use crate::core::least_squares::{Deficient, LeastSquares};
+use crate::core::least_squares::LeastSquares;
 use crate::core::point::Point;
+use crate::core::work::Pace;
 
 use super::data::Data;
+use super::unsolved::Unsolved;
 
 const DEGREE: usize = 3;
 
@@ -46,14 +48,16 @@ impl<'a, const D: usize> Ordered<'a, D> {
     ///
     /// Any joints at places determine it as long as there are `joints + 2` places or more: each segment has
     /// the place it starts with, which is what the conditions of Schoenberg and Whitney ask for.
-    pub(super) fn spline(&self, joints: Vec<usize>) -> Result<Spline<D>, Deficient> {
+    pub(super) fn spline(&self, joints: Vec<usize>) -> Result<Spline<D>, Unsolved> {
         let knots = self.clamped_knots(&joints);
         let count = knots.len() - DEGREE - 1;
         let fixed = self.data.fixed_ends();
         let unknown = if fixed.is_some() { 1..count - 1 } else { 0..count };
         let rows = self.rows(&joints, &knots);
         let mut problem = LeastSquares::banded(unknown.len(), DEGREE + 1);
+        let mut pace = Pace::default();
         for (i, (first, values)) in rows.iter().enumerate() {
+            pace.step()?;
             let mut right = self.data.points[i];
             let mut row = *values;
             let mut start = *first;

@@ -30,7 +30,7 @@ pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: B
         let inner = places - if data.ends == Ends::Interpolate { 2 } else { 0 };
         deficiency(deficient, inner, "coefficients of a cubic", "give more points with different parameters").at("points")
     };
-    let (spline, iterations) = refine(&ordered, target).map_err(deficient)?;
+    let (spline, iterations) = refine(&ordered, target).map_err(|unsolved| unsolved.explained(deficient))?;
     if spline.error() > target {
         return Err(not_met(tolerance, spline.error(), spline.segments()));
     }

@@ -7,6 +7,7 @@ use super::frame::Frame;
 use super::text::{escape, number};
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
+use crate::core::work::checkpoint;
 
 /// A document being written.
 #[derive(Debug)]
@@ -30,8 +31,9 @@ impl Canvas {
     /// The document.
     ///
     /// # Errors
-    /// [`Fault::Overflow`] where a coordinate was no number.
+    /// [`Fault::Overflow`] where a coordinate was no number; [`Fault::Cancelled`], after which nothing more was drawn.
     pub fn finish(mut self) -> Result<String, Error> {
+        checkpoint()?;
         self.text.push_str("</svg>\n");
         if self.finite { Ok(self.text) } else { Err(Fault::Overflow.into()) }
     }
@@ -54,7 +56,8 @@ impl Canvas {
 
     fn pair(&mut self, p: Point<2>) -> String {
         self.finite &= p.is_finite();
-        format!("{} {}", number(p[0]), number(p[1]))
+        // A picture that nobody waits for is never finished: the rest of it may as well be empty.
+        if checkpoint().is_err() { String::new() } else { format!("{} {}", number(p[0]), number(p[1])) }
     }
 
     /// One path for all segments of a curve. Neighbours that do not meet are not joined.
@@ -62,6 +65,9 @@ impl Canvas {
         let mut data = String::new();
         let mut end = None;
         for segment in segments {
+            if checkpoint().is_err() {
+                return;
+            }
             if end != Some(segment[0]) {
                 let start = self.pair(frame.place(segment[0]));
                 let _ = write!(data, "{}M {start}", if data.is_empty() { "" } else { " " });
@@ -138,6 +144,9 @@ impl Canvas {
 
     /// A dot.
     pub fn dot(&mut self, at: Point<2>, radius: f64, color: &str) {
+        if checkpoint().is_err() {
+            return;
+        }
         self.finite &= at.is_finite();
         let (x, y, r) = (number(at[0]), number(at[1]), number(radius));
         self.line(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{color}\"/>"));

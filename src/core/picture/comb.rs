@@ -5,7 +5,9 @@ use super::frame::{Bounds, Frame};
 use super::sketch::Sketch;
 use super::{Mark, palette};
 use crate::core::curve::Composite;
+use crate::core::error::Error;
 use crate::core::point::Point;
+use crate::core::work;
 
 /// One line of the comb.
 #[derive(Debug, Clone, Copy)]
@@ -30,10 +32,13 @@ fn per_segment(segments: usize) -> usize {
 }
 
 /// The comb of a curve. Places without speed have no normal, and no line.
-pub fn teeth<const D: usize>(composite: &Composite<D>, view: fn(Point<D>) -> Point<2>) -> Vec<Tooth> {
-    let velocity = composite.derivative();
-    let acceleration = velocity.derivative();
-    let (place, first, second) = (composite.evaluator(), velocity.evaluator(), acceleration.evaluator());
+///
+/// # Errors
+/// [`Fault::Cancelled`](crate::core::error::Fault).
+pub fn teeth<const D: usize>(composite: &Composite<D>, view: fn(Point<D>) -> Point<2>) -> Result<Vec<Tooth>, Error> {
+    let velocity = composite.derivative()?;
+    let acceleration = velocity.derivative()?;
+    let (place, first, second) = (composite.evaluator()?, velocity.evaluator()?, acceleration.evaluator()?);
     let count = composite.breaks().segments();
     let steps = per_segment(count);
     let places = (0..count).flat_map(|segment| (0..=steps).map(move |i| (segment, i)));
@@ -42,7 +47,7 @@ pub fn teeth<const D: usize>(composite: &Composite<D>, view: fn(Point<D>) -> Poi
         let bend = bend(first.within(segment, u, v), second.within(segment, u, v))?;
         Some(Tooth { base: view(place.within(segment, u, v)), bend: view(bend), first: i == 0 })
     };
-    places.filter_map(tooth).filter(|tooth| tooth.bend.is_finite()).collect()
+    work::collect(places.filter_map(tooth).filter(|tooth| tooth.bend.is_finite()))
 }
 
 /// Minus the curvature vector.

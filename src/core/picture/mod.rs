@@ -25,6 +25,7 @@ use super::error::{At, Error, at_most};
 use super::limits;
 use super::point::Point;
 use super::surface::Surface;
+use super::work::Pace;
 use axes::{draw_plane_axes, draw_space_axes};
 use canvas::Canvas;
 use frame::{Bounds, Frame, Plot};
@@ -91,12 +92,12 @@ pub struct Picture {
 /// More segments than [`limits::PICTURE_SEGMENTS`]; coordinates too large for a picture.
 pub fn draw(picture: &Picture) -> Result<String, Error> {
     let sketches = sketches(&picture.curves, picture.show.comb)?;
-    let surfaces: Vec<Shaded> = picture.surfaces.iter().map(Shaded::of).collect();
+    let surfaces = picture.surfaces.iter().map(Shaded::of).collect::<Result<Vec<_>, _>>()?;
     let legend = Legend::of(picture);
     let plot = Plot::inside(picture.size, picture.show.axes, legend.width());
     let space = space_box(picture)?;
-    let reach = comb::reach(&sketches, &bounds(picture, &sketches, &surfaces, None));
-    let bounds = bounds(picture, &sketches, &surfaces, Some(reach)).with_box(space.as_ref().filter(|_| picture.show.axes));
+    let reach = comb::reach(&sketches, &bounds(picture, &sketches, &surfaces, None)?);
+    let bounds = bounds(picture, &sketches, &surfaces, Some(reach))?.with_box(space.as_ref().filter(|_| picture.show.axes));
     let frame = Frame::fit(&bounds, &plot)?;
     let mut canvas = Canvas::new(picture.size, &picture.title);
     if picture.show.axes {
@@ -140,10 +141,14 @@ fn space_box(picture: &Picture) -> Result<Option<Box3>, Error> {
     Ok((!space.is_empty()).then_some(space))
 }
 
-fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], reach: Option<f64>) -> Bounds {
+fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], reach: Option<f64>) -> Result<Bounds, Error> {
     let mut bounds = Bounds::EMPTY;
+    let mut pace = Pace::default();
     for sketch in sketches {
-        sketch.segments.iter().for_each(|segment| bounds.add_curve(segment));
+        for segment in &sketch.segments {
+            pace.step()?;
+            bounds.add_curve(segment);
+        }
         if picture.show.polygon {
             bounds.add(&sketch.polygon);
         }
@@ -157,7 +162,7 @@ fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], reach: Op
             surface.net.iter().for_each(|line| bounds.add(line));
         }
     }
-    bounds
+    Ok(bounds)
 }
 
 fn draw_surfaces(canvas: &mut Canvas, picture: &Picture, surfaces: &[Shaded], frame: &Frame) {

@@ -4,8 +4,10 @@ use super::canvas::Canvas;
 use super::frame::Frame;
 use super::palette::lit;
 use super::view::{EYE, nearness, project};
+use crate::core::error::Error;
 use crate::core::point::Point;
 use crate::core::surface::Surface;
+use crate::core::work;
 
 /// Faces along each direction.
 const CELLS: usize = 16;
@@ -25,7 +27,11 @@ pub struct Shaded {
 
 impl Shaded {
     /// Samples a surface at equal steps.
-    pub fn of(surface: &Surface) -> Self {
+    ///
+    /// # Errors
+    /// [`Fault::Cancelled`](crate::core::error::Fault).
+    pub fn of(surface: &Surface) -> Result<Self, Error> {
+        work::checkpoint()?;
         let patch = surface.patch();
         let at = |[a, b]: [f64; 2], i: usize| a + (b - a) * i as f64 / CELLS as f64;
         let [u, v] = patch.domain().map(|(a, b)| [a, b]);
@@ -33,7 +39,7 @@ impl Shaded {
         let rows: Vec<Vec<Point<2>>> = surface.rows().map(|row| row.iter().copied().map(project).collect()).collect();
         let columns = (0..rows[0].len()).map(|j| rows.iter().map(|row| row[j]).collect());
         let net = rows.iter().cloned().chain(columns).collect();
-        Shaded { grid: (0..=CELLS).map(row).collect(), net }
+        Ok(Shaded { grid: (0..=CELLS).map(row).collect(), net })
     }
 
     /// Every point, projected.

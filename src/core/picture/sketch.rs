@@ -4,6 +4,7 @@ use super::comb::{Tooth, teeth};
 use crate::core::curve::Curve;
 use crate::core::error::Error;
 use crate::core::point::Point;
+use crate::core::work;
 
 /// A curve in the plane of the picture.
 #[derive(Debug, Clone)]
@@ -24,9 +25,9 @@ impl Sketch {
     pub fn of<const D: usize>(curve: &Curve<D>, view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Self, Error> {
         let composite = curve.composite()?;
         Ok(Sketch {
-            segments: composite.segments().map(|segment| segment.iter().copied().map(view).collect()).collect(),
+            segments: work::collect(composite.segments().map(|segment| segment.iter().copied().map(view).collect()))?,
             polygon: curve.control_points().iter().copied().map(view).collect(),
-            teeth: if comb { teeth(&composite, view) } else { Vec::new() },
+            teeth: if comb { teeth(&composite, view)? } else { Vec::new() },
         })
     }
 

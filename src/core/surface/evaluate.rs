@@ -5,6 +5,7 @@ use crate::core::continuity::derivative_size;
 use crate::core::error::{At, Error, Fault, at_least, at_most};
 use crate::core::limits;
 use crate::core::point::Point;
+use crate::core::work::{self, Pace};
 
 /// Where to sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,12 +79,17 @@ pub fn evaluate(surface: &Surface, places: &Places, orders: usize, wanted: Surfa
     };
     let jets = jets(&patch, needed.max(orders));
     let at = |jet: &Patch, &[u, v]: &[f64; 2]| jet.combine(&jet.weights(Direction::U, u), &jet.weights(Direction::V, v));
-    let mut lists: Vec<Vec<Point<3>>> = jets.iter().map(|jet| pairs.iter().map(|pair| at(jet, pair)).collect()).collect();
+    let mut lists = Vec::with_capacity(jets.len());
+    for jet in &jets {
+        lists.push(work::collect(pairs.iter().map(|pair| at(jet, pair)))?);
+    }
     let mut samples = SurfaceSamples::default();
     if wanted != SurfaceQuantities::default() {
         let sizes = sizes(&patch);
+        let mut pace = Pace::default();
         for i in 0..pairs.len() {
-            samples.push(i, &Frame::new(|k| lists.get(k).map_or(Point::ZERO, |list| list[i]), sizes), wanted);
+            pace.step()?;
+            samples.push(i, &Frame::new(|k| lists.get(k).map_or(Point::ZERO, |list: &Vec<_>| list[i]), sizes), wanted);
         }
     }
     samples.parameters = pairs;

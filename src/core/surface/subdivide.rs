@@ -6,6 +6,7 @@ use crate::core::error::{At, Error, Fault, at_most, increasing};
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::subdivide::Form;
+use crate::core::work;
 
 /// A piece with the rectangle of the whole surface's parameters that it covers.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,17 +43,20 @@ pub fn subdivide(surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Resul
     let [m, n] = whole.degrees();
     let points = (us.len() + 1).saturating_mul(vs.len() + 1).saturating_mul((m + 1) * (n + 1));
     at_most("control points in the answer", points, limits::CONTROL_POINTS, "Cut the surface in parts").at("at")?;
-    let strips = cut(&whole, Direction::U, us);
-    let patches: Vec<Patch> = strips.iter().flat_map(|strip| cut(strip, Direction::V, vs)).collect();
+    let mut patches = Vec::with_capacity((us.len() + 1) * (vs.len() + 1));
+    for strip in cut(&whole, Direction::U, us)? {
+        patches.extend(cut(&strip, Direction::V, vs)?);
+    }
     if form != Form::Bezier {
         match in_family(surface, &patches) {
             Ok((pieces, condition)) => return Ok(Pieces { pieces, in_family: true, condition }),
             Err(fault) if form == Form::Family => return Err(fault.at("form")),
-            Err(_) => {}
+            Err(_) => work::checkpoint()?,
         }
     }
     let bezier = || Basis::Bezier(Bezier);
     let piece = |patch: &Patch| {
+        work::checkpoint().map_err(|error| error.fault)?;
         let net = patch.rows().map(<[_]>::to_vec).collect();
         // A fault has no place in the request: the net is not the one given.
         let surface = Surface::new(bezier(), bezier(), net).map_err(|error| error.fault)?;
@@ -62,17 +66,18 @@ pub fn subdivide(surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Resul
 }
 
 /// The parts of a patch between cuts; a cut at an end of the domain is none.
-fn cut(patch: &Patch, direction: Direction, values: &[f64]) -> Vec<Patch> {
+fn cut(patch: &Patch, direction: Direction, values: &[f64]) -> Result<Vec<Patch>, Error> {
     let (start, end) = patch.domain()[direction as usize];
     let mut parts = Vec::with_capacity(values.len() + 1);
     let mut rest = patch.clone();
     for &t in values.iter().filter(|&&t| t > start && t < end) {
+        work::checkpoint()?;
         let (part, after) = rest.split(direction, t);
         parts.push(part);
         rest = after;
     }
     parts.push(rest);
-    parts
+    Ok(parts)
 }
 
 fn in_family(surface: &Surface, patches: &[Patch]) -> Result<(Vec<Piece>, f64), Fault> {
@@ -84,6 +89,7 @@ fn in_family(surface: &Surface, patches: &[Patch]) -> Result<(Vec<Piece>, f64), 
         return Err(Fault::IllConditioned { condition });
     }
     let piece = |patch: &Patch| {
+        work::checkpoint().map_err(|error| error.fault)?;
         let rows: Vec<Vec<Point<3>>> = patch.rows().map(|row| way_v.control_points(row)).collect();
         let columns: Vec<_> = (0..=order_v).map(|j| way_u.control_points(&super::column(&rows, j))).collect();
         let net = (0..=order_u).map(|i| columns.iter().map(|column| column[i]).collect()).collect();

@@ -6,6 +6,7 @@ use crate::core::error::{At, Error, Fault};
 use crate::core::evaluate::check_tolerance;
 use crate::core::limits;
 use crate::core::point::Point;
+use crate::core::work;
 
 /// A mesh of triangles that share their vertices.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,12 +93,12 @@ pub fn tessellate(surface: &Surface, tolerance: f64) -> Result<Mesh, Error> {
         return Err(Fault::TooLarge { what, count, most, advice }.at("tolerance"));
     };
     let (us, vs) = (spread(patch.domain()[0], m + 1), spread(patch.domain()[1], n + 1));
-    let in_u: Vec<_> = us.iter().map(|&u| patch.weights(Direction::U, u)).collect();
-    let in_v: Vec<_> = vs.iter().map(|&v| patch.weights(Direction::V, v)).collect();
+    let in_u = work::collect(us.iter().map(|&u| patch.weights(Direction::U, u)))?;
+    let in_v = work::collect(vs.iter().map(|&v| patch.weights(Direction::V, v)))?;
     Ok(Mesh {
         cells: [m, n],
         parameters: us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v])).collect(),
-        points: in_u.iter().flat_map(|u| in_v.iter().map(|v| patch.combine(u, v))).collect(),
+        points: work::collect(in_u.iter().flat_map(|u| in_v.iter().map(|v| patch.combine(u, v))))?,
         triangles: (0..m).flat_map(|i| (0..n).flat_map(move |j| cell(i * (n + 1) + j, n + 1))).collect(),
         bound: bends.bound(m, n),
     })

@@ -4,6 +4,7 @@ use super::field::{Whole, need, number, whole};
 use crate::core::basis as core;
 use crate::core::error::{At, Error, Fault};
 use crate::core::limits;
+use crate::core::work::checkpoint;
 
 crate::union! {
     /// A shape matrix: how the basis functions of a quasi-bezier curve are made of Bernstein polynomials. Entries
@@ -95,6 +96,8 @@ impl Basis {
     /// # Errors
     /// Fields of another family, missing fields, shape parameters out of range.
     pub fn parse(self) -> Result<core::Basis, Error> {
+        // A request may hold a hundred thousand bases, and the rank of a shape matrix takes milliseconds.
+        checkpoint()?;
         Ok(match self.kind()? {
             BasisFamily::Bezier => core::Basis::Bezier(core::Bezier),
             BasisFamily::Beta => core::Basis::Beta(match (self.beta, self.lambda) {

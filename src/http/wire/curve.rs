@@ -8,6 +8,7 @@ use crate::core::error::{At, Error, Fault};
 use crate::core::knots::Breaks;
 use crate::core::limits;
 use crate::core::point::Point;
+use crate::core::work::checkpoint;
 
 crate::union! {
     /// A curve, told by its `family`. Every operation takes one and returns one, so the output of a call is the input of the next.
@@ -97,6 +98,7 @@ impl Curve {
     /// # Errors
     /// Fields of another family, missing fields, and whatever the mathematics forbids, each at its place.
     pub fn parse(mut self) -> Result<Dimensioned, Error> {
+        checkpoint()?;
         self.kind()?;
         Ok(match need(self.control_points.take(), "control_points")? {
             Points::Plane(points) => Dimensioned::Plane(self.with_points(points)?),

@@ -11,6 +11,7 @@ use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
 use super::field::{Components, Field, number};
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
+use crate::core::work::Pace;
 
 /// Points of the plane or of space; all of one dimension.
 #[derive(Debug, Clone, PartialEq)]
@@ -175,7 +176,9 @@ impl<'de> Deserialize<'de> for Points {
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Points, A::Error> {
                 fn rest<'de, const D: usize, A: SeqAccess<'de>>(first: Point<D>, seq: &mut A) -> Result<Vec<Point<D>>, A::Error> {
                     let mut points = vec![first];
+                    let mut pace = Pace::default();
                     while let Some(Fixed(point)) = seq.next_element()? {
+                        pace.step().map_err(A::Error::custom)?;
                         points.push(point);
                     }
                     Ok(points)
