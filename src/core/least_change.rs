@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::Error;
+use super::singular_values::decomposed;
 use super::work::{self, Pace};
 
 /// One condition: a combination of changes that must have a value.
@@ -176,7 +177,8 @@ impl System {
         let rest = seam.iter().zip(&factors.coupling).map(|(right, column)| right - dot(column, &band));
         let rest = DVector::from_iterator(seam.len(), rest);
         // Dependent conditions of the seam are left out, as those of the band are.
-        let outer = factors.complement.clone().svd(true, true).solve(&rest, DEPENDENT).unwrap_or_else(|_| DVector::zeros(seam.len()));
+        let outer = decomposed(factors.complement.clone(), true).and_then(|svd| svd.solve(&rest, DEPENDENT).ok());
+        let outer = outer.unwrap_or_else(|| DVector::zeros(seam.len()));
         let through = |i: usize| factors.border.iter().zip(&outer).map(|(column, x)| column[i] * x).sum::<f64>();
         let inner = band.iter().enumerate().map(|(i, x)| x - through(i));
         Ok(inner.chain(outer.iter().copied()).collect())

@@ -7,6 +7,7 @@
 use nalgebra::DMatrix;
 
 use super::point::Point;
+use super::singular_values::decomposed;
 
 /// Singular values below this many roundings of the largest, times columns, count as zero.
 const ROUNDINGS: f64 = 8.0;
@@ -126,7 +127,8 @@ impl<const D: usize> LeastSquares<D> {
         }
         let norms: Vec<f64> = (0..self.columns).map(|j| self.column_norm(j)).collect();
         let unit = |i, j| if norms[j] > 0.0 { self.entry(i, j) / norms[j] } else { 0.0 };
-        let values = DMatrix::from_fn(self.columns, self.columns, unit).singular_values();
+        let Some(svd) = decomposed(DMatrix::from_fn(self.columns, self.columns, unit), false) else { return 0 };
+        let values = svd.singular_values;
         let threshold = values.max() * f64::EPSILON * ROUNDINGS * self.columns as f64;
         values.iter().filter(|&&s| s > threshold).count()
     }

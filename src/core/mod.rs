@@ -26,6 +26,7 @@ pub mod parameterization;
 pub mod picture;
 pub mod point;
 pub mod reshape;
+mod singular_values;
 pub mod subdivide;
 pub mod surface;
 pub mod to_bspline;

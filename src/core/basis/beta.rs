@@ -21,7 +21,8 @@ impl Beta {
     pub fn from_beta(beta: f64) -> Result<Self, Error> {
         let allowed = "beta >= 0 (beta = 0 is the Bezier curve; for the straight limit give lambda = 0 instead)";
         if beta >= 0.0 && beta.is_finite() {
-            return Ok(Beta { beta, lambda: 1.0 / beta, given_as_lambda: false });
+            // -0 is 0, and its reciprocal no less infinite than that of 0.
+            return Ok(Beta { beta, lambda: 1.0 / beta.abs(), given_as_lambda: false });
         }
         Err(Fault::OutOfRange { what: "beta", value: beta, allowed: allowed.into() }.at("beta"))
     }
@@ -33,7 +34,7 @@ impl Beta {
     pub fn from_lambda(lambda: f64) -> Result<Self, Error> {
         let allowed = "lambda >= 0 (lambda = 0 is the straight limit; for the Bezier curve give beta = 0 instead)";
         if lambda >= 0.0 && lambda.is_finite() {
-            return Ok(Beta { beta: 1.0 / lambda, lambda, given_as_lambda: true });
+            return Ok(Beta { beta: 1.0 / lambda.abs(), lambda, given_as_lambda: true });
         }
         Err(Fault::OutOfRange { what: "lambda", value: lambda, allowed: allowed.into() }.at("lambda"))
     }
@@ -162,6 +163,8 @@ mod tests {
         let chord = Beta::from_lambda(0.0).unwrap().shape_matrix(3);
         assert_eq!(chord.row(1), [2.0 / 3.0, 0.0, 0.0, 1.0 / 3.0]);
         assert!(Beta::from_lambda(0.0).unwrap().inverse(3).is_none());
+        assert_eq!(Beta::from_lambda(-0.0).unwrap().shape_matrix(3), chord);
+        assert!(Beta::from_beta(-0.0).unwrap().is_identity());
         assert!(Beta::from_lambda(1e-320).unwrap().shape_matrix(64).rows().flatten().all(|m| m.is_finite()));
     }
 

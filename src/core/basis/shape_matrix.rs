@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::core::point::Point;
+use crate::core::singular_values::decomposed;
 
 /// `M` with `degree + 1` rows and `order + 1` columns: `b_j = sum_i M[i][j] B_i^degree`, so that the
 /// control points `P` of the family are the Bezier points `Q = M P` (Chen 2013 eq. (8)).
@@ -90,9 +91,10 @@ impl ShapeMatrix {
         DMatrix::from_row_slice(self.degree() + 1, self.columns, &self.entries)
     }
 
-    /// Singular values, largest first.
+    /// Singular values, largest first; not numbers where the matrix is not finite.
     fn singular_values(&self) -> Vec<f64> {
-        let mut values: Vec<f64> = self.dense().singular_values().iter().copied().collect();
+        let Some(svd) = decomposed(self.dense(), false) else { return vec![f64::NAN] };
+        let mut values: Vec<f64> = svd.singular_values.iter().copied().collect();
         values.sort_by(|a, b| b.total_cmp(a));
         values
     }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::core::point::Point;
+use crate::core::singular_values::decomposed;
 
 /// Steps smaller than this, and multipliers above its negative, are rounding. Points are of size 1.
 const SMALL: f64 = 1e-13;
@@ -73,7 +74,7 @@ fn selected(flags: &[bool], value: bool) -> Vec<usize> {
 
 /// The least-squares solution of least norm; directions that only rounding spans are left out.
 fn least_norm(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
-    let svd = a.clone().svd(true, true);
+    let Some(svd) = decomposed(a.clone(), true) else { return DVector::zeros(a.ncols()) };
     let threshold = svd.singular_values.max() * SMALL;
     svd.solve(b, threshold).unwrap_or_else(|_| DVector::zeros(a.ncols()))
 }
