@@ -16,7 +16,7 @@ impl KnotVector {
     ///
     /// # Errors
     /// [`Fault::WrongCount`] or [`Fault::TooFew`] without a place; at the offending knot:
-    /// [`Fault::NotIncreasing`] or a multiplicity above `degree + 1`.
+    /// [`Fault::NotIncreasing`], a multiplicity above `degree + 1`, or a valid range that is empty.
     pub fn new(degree: usize, knots: Vec<f64>, control_points: usize) -> Result<Self, Error> {
         at_least("control points", control_points, degree + 1)?;
         let expected = control_points + degree + 1;
@@ -30,7 +30,12 @@ impl KnotVector {
             return Err(Fault::OutOfRange { what: "this repeated knot", value: knots[i], allowed }.at(i));
         }
         let vector = KnotVector { degree, knots };
-        // The multiplicity rule leaves no empty range, but differences of knots may still be too large for a double.
+        let (a, b) = vector.domain();
+        if a == b {
+            return Err(Fault::NotIncreasing { what: "the first and last knot of the curve", previous: a, value: b, strictly: true }
+                .at(control_points));
+        }
+        // Differences of knots may still be too large for a double.
         if !(vector.knots[vector.knots.len() - 1] - vector.knots[0]).is_finite() {
             return Err(Fault::Overflow.into());
         }
@@ -128,6 +133,7 @@ mod tests {
         assert_eq!(place(1, &[0.0, 0.0, 0.0, 1.0, 1.0], 3), "/2");
         assert_eq!(place(1, &[0.0, 0.0, 1.0], 3), "");
         assert_eq!(place(2, &[0.0; 4], 1), "");
+        assert_eq!(place(1, &[0.0, 1.0, 1.0, 2.0], 2), "/2", "an empty range, between knots 1 and 2");
     }
 
     #[test]
