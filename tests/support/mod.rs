@@ -1,6 +1,8 @@
 //! The real binary as a test server, its answers, and tools for JSON.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
+pub mod mutate;
+
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
