@@ -89,7 +89,7 @@ fn in_json_terms(message: &str) -> String {
 }
 
 /// The beginning and the end of a long text.
-fn shortened(text: &str) -> String {
+pub(super) fn shortened(text: &str) -> String {
     const KEPT: usize = 200;
     let count = text.chars().count();
     if count <= 2 * KEPT {
@@ -99,14 +99,14 @@ fn shortened(text: &str) -> String {
     format!("{start} [...] {end}")
 }
 
-/// A path as a JSON Pointer.
+/// A path as a JSON Pointer; a long unknown key in it is not echoed whole.
 fn pointer(path: &Path) -> String {
     let step = |segment: &Segment| match segment {
         Segment::Seq { index } => format!("/{index}"),
         Segment::Map { key } => format!("/{}", key.replace('~', "~0").replace('/', "~1")),
         Segment::Enum { .. } | Segment::Unknown => String::new(),
     };
-    path.iter().map(step).collect()
+    shortened(&path.iter().map(step).collect::<String>())
 }
 
 /// Refuses JSON nested deeper than this. The parser has its own end at 127.

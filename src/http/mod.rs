@@ -244,11 +244,11 @@ async fn problems_only(uri: Uri, request: Request, next: Next) -> Response {
 }
 
 async fn not_found(uri: Uri) -> Problem {
-    let detail = format!("there is nothing at {}; the operations are listed at /docs and in /openapi.json", uri.path());
+    let detail = format!("there is nothing at {}; the operations are listed at /docs and in /openapi.json", json::shortened(uri.path()));
     Problem::new(StatusCode::NOT_FOUND, "not_found", "Not found", detail)
 }
 
 async fn method_not_allowed(method: axum::http::Method) -> Problem {
-    let detail = format!("{method} is not allowed here; see the Allow header. Operations take POST");
+    let detail = format!("{} is not allowed here; see the Allow header. Operations take POST", json::shortened(method.as_str()));
     Problem::new(StatusCode::METHOD_NOT_ALLOWED, "method_not_allowed", "Method not allowed", detail)
 }

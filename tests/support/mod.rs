@@ -294,3 +294,8 @@ pub fn has_null(value: &Value) -> bool {
 pub fn numbers(value: &Value) -> Vec<f64> {
     places(value).iter().filter_map(|(_, value)| value.as_f64()).collect()
 }
+
+/// Items of a list are alike: the first two stand for all.
+pub fn near_the_start_of_lists(place: &str) -> bool {
+    place.split('/').all(|step| step.parse::<usize>().is_ok_and(|index| index < 2) || step.parse::<usize>().is_err())
+}
