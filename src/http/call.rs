@@ -64,7 +64,8 @@ fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
     if essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json")) {
         return Ok(());
     }
-    let was = if given.is_empty() { "no Content-Type was sent".to_owned() } else { format!("the Content-Type is {}", json::shortened(given)) };
+    let was =
+        if given.is_empty() { "no Content-Type was sent".to_owned() } else { format!("the Content-Type is {}", json::shortened(given)) };
     let detail = format!("{was}; send the header Content-Type: application/json");
     Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
 }

@@ -147,7 +147,20 @@ fn depth(body: &[u8]) -> usize {
 /// [`Fault::Overflow`] where a number is infinite or not a number: JSON has neither, and `null` is no number. What
 /// [`not_written`] says where the paper ends.
 pub fn write<T: Serialize>(answer: &T, paper: &mut Paper) -> Result<(), Problem> {
-    let mut serializer = serde_json::Serializer::with_formatter(paper, Strict);
+    write_to(answer, paper)
+}
+
+/// The same in one piece, for whoever sends it nowhere.
+///
+/// # Errors
+/// [`Fault::Overflow`], as [`write`].
+pub fn to_bytes<T: Serialize>(answer: &T) -> Result<Vec<u8>, Problem> {
+    let mut bytes = Vec::new();
+    write_to(answer, &mut bytes).map(|()| bytes)
+}
+
+fn write_to<T: Serialize>(answer: &T, writer: impl io::Write) -> Result<(), Problem> {
+    let mut serializer = serde_json::Serializer::with_formatter(writer, Strict);
     answer.serialize(&mut serializer).map_err(|error| not_written(error.into()))
 }
 
