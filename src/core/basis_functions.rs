@@ -32,8 +32,8 @@ pub struct BasisFunctions {
 pub fn basis_functions(basis: &Basis, order: usize, count: usize) -> Result<BasisFunctions, Error> {
     let degree = basis.degree(order).at("order")?;
     at_least("samples", count, 2).at("count")?;
-    at_most("samples", count, limits::SAMPLES, "Ask for fewer").at("count")?;
-    at_most("values in the answer", count * (order + 1), limits::ANSWER_POINTS, "Ask for fewer samples").at("count")?;
+    at_most("samples", count, limits::effective().samples, "Ask for fewer").at("count")?;
+    at_most("values in the answer", count * (order + 1), limits::effective().answer_points, "Ask for fewer samples").at("count")?;
     let matrix = basis.shape_matrix(order);
     let fraction = |i: usize| i as f64 / (count - 1) as f64;
     let mut values = vec![Vec::with_capacity(count); order + 1];

@@ -88,7 +88,8 @@ pub fn evaluate<const D: usize>(
     derivatives: usize,
     quantities: Quantities,
 ) -> Result<Samples<D>, Error> {
-    at_most("orders of derivatives", derivatives, limits::DEGREE, "Higher derivatives of these polynomials are zero").at("derivatives")?;
+    at_most("orders of derivatives", derivatives, limits::effective().degree, "Higher derivatives of these polynomials are zero")
+        .at("derivatives")?;
     if quantities.torsion && D != 3 {
         let why = "a curve in the plane has no torsion; ask for it with 3D control points, or leave it out";
         return Err(Fault::UnsuitableCurve(why.into()).at("quantities"));
@@ -96,7 +97,12 @@ pub fn evaluate<const D: usize>(
     let composite = curve.composite().at("curve")?;
     let parameters = parameters(&composite, sampling)?;
     let asked = 1 + derivatives + usize::from(quantities.tangent) + usize::from(quantities.normal);
-    at_most("points and vectors in the answer", parameters.len() * asked, limits::ANSWER_POINTS, "Ask for fewer samples or derivatives")?;
+    at_most(
+        "points and vectors in the answer",
+        parameters.len() * asked,
+        limits::effective().answer_points,
+        "Ask for fewer samples or derivatives",
+    )?;
     let jets = jets(&composite, &parameters, derivatives.max(quantities.highest_derivative()))?;
     let frames = frames(&composite, &parameters, &jets, quantities)?;
     let mut lists = jets.into_iter();
@@ -142,14 +148,14 @@ fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> 
     let (a, b) = composite.breaks().domain();
     match sampling {
         Sampling::Count(count) => {
-            let checked = at_least("samples", *count, 2).and_then(|()| at_most("samples", *count, limits::SAMPLES, ADVICE));
+            let checked = at_least("samples", *count, 2).and_then(|()| at_most("samples", *count, limits::effective().samples, ADVICE));
             checked.at("count").at("sampling")?;
             let last = (count - 1) as f64;
             Ok((0..*count).map(|i| if i + 1 == *count { b } else { (a + (b - a) * (i as f64 / last)).min(b) }).collect())
         }
         Sampling::Parameters(values) => {
             let in_values = |error: Error| error.at("values").at("sampling");
-            at_most("samples", values.len(), limits::SAMPLES, ADVICE).map_err(|fault| in_values(fault.into()))?;
+            at_most("samples", values.len(), limits::effective().samples, ADVICE).map_err(|fault| in_values(fault.into()))?;
             at_least("parameters", values.len(), 1).map_err(|fault| in_values(fault.into()))?;
             within_domain(values, a, b).map_err(in_values)?;
             Ok(values.clone())
@@ -157,7 +163,7 @@ fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> 
         Sampling::Tolerance(tolerance) => {
             check_tolerance(*tolerance, composite.magnitude()).at("tolerance").at("sampling")?;
             composite.check_joined().at("curve")?;
-            let pieces = flat_pieces(composite, *tolerance, limits::SAMPLES - 1).at("tolerance").at("sampling")?;
+            let pieces = flat_pieces(composite, *tolerance, limits::effective().samples - 1).at("tolerance").at("sampling")?;
             Ok(std::iter::once(a).chain(pieces.into_iter().map(|piece| piece.end)).collect())
         }
     }

@@ -80,7 +80,12 @@ pub fn interpolate<const D: usize>(
 fn check<const D: usize>(points: &[Point<D>], shape: Shape<D>) -> Result<(), Error> {
     let in_points = |fault: Fault| fault.at("points");
     at_least("points", points.len(), if shape == Shape::Closed { 3 } else { 2 }).map_err(in_points)?;
-    at_most("points", points.len(), limits::DATA_POINTS, "Interpolate them in parts").map_err(in_points)?;
+    at_most("points", points.len(), limits::effective().data_points, "Interpolate them in parts").map_err(in_points)?;
+    let segments = points.len() - usize::from(shape != Shape::Closed);
+    at_most("segments", segments, limits::effective().segments, "Interpolate the points in parts").map_err(in_points)?;
+    let control_points = 3 * segments + 1;
+    at_most("control points in the answer", control_points, limits::effective().control_points, "Interpolate the points in parts")
+        .map_err(in_points)?;
     finite_points(points).at("points")?;
     if let Shape::Open(start, end) = shape {
         let both = start == End::NotAKnot && end == End::NotAKnot;

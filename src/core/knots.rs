@@ -79,7 +79,7 @@ impl Breaks {
     /// Fewer than 2, more than [`limits::SEGMENTS`] + 1; at the offending knot, one that does not increase.
     pub fn new(knots: Vec<f64>) -> Result<Self, Error> {
         at_least("knots", knots.len(), 2)?;
-        at_most("segments", knots.len() - 1, limits::SEGMENTS, "Send the curve in parts")?;
+        at_most("segments", knots.len() - 1, limits::effective().segments, "Send the curve in parts")?;
         increasing("knots", &knots, true)?;
         if !(knots[knots.len() - 1] - knots[0]).is_finite() {
             return Err(Fault::Overflow.into());

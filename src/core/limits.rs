@@ -1,4 +1,10 @@
-//! Every size the core accepts, in one table. Checks, messages and the specification read it.
+//! Every size the core accepts, in one table. The specification names the constants; they are the ceilings of what an operator may
+//! allow, and checks and their messages read [`effective`].
+
+use std::ops::RangeInclusive;
+use std::sync::OnceLock;
+
+use super::error::{Error, Fault};
 
 /// The largest request body: what 100,000 interpolated 3D points become fits.
 pub const BODY_BYTES: usize = 32 * 1024 * 1024;
@@ -14,6 +20,76 @@ pub const SAMPLES: usize = 200_000;
 pub const ANSWER_POINTS: usize = 1_000_000;
 /// Segments a subdivision or a fit may produce.
 pub const SEGMENTS: usize = 100_000;
+
+/// The sizes that an operator may lower.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// At most [`DEGREE`].
+    pub degree: usize,
+    /// At most [`CONTROL_POINTS`].
+    pub control_points: usize,
+    /// At most [`DATA_POINTS`].
+    pub data_points: usize,
+    /// At most [`SAMPLES`].
+    pub samples: usize,
+    /// At most [`ANSWER_POINTS`].
+    pub answer_points: usize,
+    /// At most [`SEGMENTS`].
+    pub segments: usize,
+}
+
+/// What holds unless it was lowered.
+pub const CEILING: Limits = Limits {
+    degree: DEGREE,
+    control_points: CONTROL_POINTS,
+    data_points: DATA_POINTS,
+    samples: SAMPLES,
+    answer_points: ANSWER_POINTS,
+    segments: SEGMENTS,
+};
+
+static LOWERED: OnceLock<Limits> = OnceLock::new();
+
+impl Default for Limits {
+    fn default() -> Self {
+        CEILING
+    }
+}
+
+impl Limits {
+    /// Each with its name and the range it may have: below, not even a straight line or, for the degree, a cubic would be left.
+    fn ranges(&self) -> [(&'static str, usize, RangeInclusive<usize>); 6] {
+        [
+            ("degree", self.degree, 3..=DEGREE),
+            ("control_points", self.control_points, 2..=CONTROL_POINTS),
+            ("data_points", self.data_points, 2..=DATA_POINTS),
+            ("samples", self.samples, 2..=SAMPLES),
+            ("answer_points", self.answer_points, 2..=ANSWER_POINTS),
+            ("segments", self.segments, 2..=SEGMENTS),
+        ]
+    }
+}
+
+/// Lowers the limits of this process: once, before the first computation.
+///
+/// # Errors
+/// At the field: [`Fault::OutOfRange`]. [`Fault::Contradiction`] where they were set before.
+pub fn lower(limits: Limits) -> Result<(), Error> {
+    for (what, value, range) in limits.ranges() {
+        if !range.contains(&value) {
+            let allowed = format!("{} <= {what} <= {}", range.start(), range.end());
+            return Err(Fault::OutOfRange { what, value: value as f64, allowed }.at(what));
+        }
+    }
+    let again = |_| Fault::Contradiction("the limits of this process were set before, and are set only once".into());
+    Ok(LOWERED.set(limits).map_err(again)?)
+}
+
+/// The limits that hold.
+pub fn effective() -> &'static Limits {
+    LOWERED.get().unwrap_or(&CEILING)
+}
+
 /// Curves in one picture.
 pub const PICTURE_CURVES: usize = 64;
 /// Surfaces in one picture.
@@ -35,27 +111,3 @@ pub const ROW_SUM_TOLERANCE: f64 = 1e-12;
 pub const CONDITION: f64 = 1e8;
 /// Continuity is measured with this tolerance, relative to the derivatives compared, unless another is given.
 pub const CONTINUITY_TOLERANCE: f64 = 1e-9;
-
-/// The sizes an operator may lower.
-pub struct Limits {
-    /// As [`DEGREE`].
-    pub degree: usize,
-    /// As [`CONTROL_POINTS`].
-    pub control_points: usize,
-    /// As [`DATA_POINTS`].
-    pub data_points: usize,
-    /// As [`SAMPLES`].
-    pub samples: usize,
-    /// As [`ANSWER_POINTS`].
-    pub answer_points: usize,
-    /// As [`SEGMENTS`].
-    pub segments: usize,
-}
-
-/// Sets them, once.
-///
-/// # Errors
-/// None yet.
-pub fn lower(_: Limits) -> Result<(), String> {
-    Ok(())
-}

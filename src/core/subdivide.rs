@@ -96,7 +96,7 @@ fn cut_at<const D: usize>(composite: &Composite<D>, values: &[f64]) -> Result<Ve
     let (a, b) = composite.breaks().domain();
     within_domain(values, a, b)?;
     increasing("split parameters", values, true)?;
-    let most = limits::SEGMENTS.saturating_sub(composite.breaks().segments());
+    let most = limits::effective().segments.saturating_sub(composite.breaks().segments());
     at_most("cuts", values.len(), most, "Cut the curve in parts")?;
     let mut pieces = Vec::with_capacity(values.len() + composite.breaks().segments());
     let mut pace = Pace::default();
@@ -120,7 +120,7 @@ fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<
     const ADVICE: &str = "Choose a smaller depth: every step doubles the pieces";
     let per_segment = 1usize.checked_shl(depth.min(usize::BITS as usize) as u32).unwrap_or(usize::MAX);
     let pieces = per_segment.saturating_mul(composite.breaks().segments());
-    at_most("pieces", pieces, limits::SEGMENTS, ADVICE)?;
+    at_most("pieces", pieces, limits::effective().segments, ADVICE)?;
     let breaks = composite.breaks();
     let whole = composite.segments().enumerate().map(|(segment, points)| {
         let (start, end) = breaks.interval(segment);
@@ -153,7 +153,7 @@ fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<
 
 fn flat<const D: usize>(composite: &Composite<D>, tolerance: f64) -> Result<Vec<Piece<D>>, Error> {
     check_tolerance(tolerance, composite.magnitude())?;
-    flat_pieces(composite, tolerance, limits::SEGMENTS)
+    flat_pieces(composite, tolerance, limits::effective().segments)
 }
 
 /// The pieces as a piecewise curve: in the family if asked for and possible, else as Bezier curves.

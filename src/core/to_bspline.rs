@@ -76,7 +76,7 @@ pub fn to_bspline<const D: usize>(curve: &Curve<D>, style: KnotStyle, tolerance:
 
 /// A plan carried out: the B-spline, and how far it may be from the curve.
 fn realize<const D: usize>(plan: Plan, composite: &Composite<D>, closed: bool, tolerance: f64) -> Result<(BSpline<D>, f64), Error> {
-    at_most("control points in the answer", plan.count(), limits::CONTROL_POINTS, "Convert the curve in parts")?;
+    at_most("control points in the answer", plan.count(), limits::effective().control_points, "Convert the curve in parts")?;
     let points = plan.control_points(composite)?;
     let curve = BSpline::new(composite.degree(), plan.knots, points, closed)?;
     let deviation = deviation(composite, &curve.composite()?)?;

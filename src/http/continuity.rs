@@ -94,7 +94,7 @@ pub fn operation(request: ContinuityRequest) -> Result<ContinuityAnswer, Error> 
         },
         (None, curves) => {
             let curves = need(curves, "curve` or `curves")?;
-            at_most("curves", curves.len(), limits::SEGMENTS, "Measure them in groups").at("curves")?;
+            at_most("curves", curves.len(), limits::effective().segments, "Measure them in groups").at("curves")?;
             laid_end_to_end(curves, closed.unwrap_or(false), tolerance, style)
         }
     }

@@ -131,7 +131,7 @@ fn check_rows(rows: &[Vec<f64>]) -> Result<(), Error> {
 
 /// A matrix given by all its rows.
 fn checked(rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
-    at_most("rows in the shape matrix", rows.len(), limits::DEGREE + 1, "The degree of a segment is one less than its rows")?;
+    at_most("rows in the shape matrix", rows.len(), limits::effective().degree + 1, "The degree of a segment is one less than its rows")?;
     check_rows(rows)?;
     let columns = rows[0].len();
     if rows.len() < columns {
@@ -144,8 +144,8 @@ fn checked(rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
 /// The matrix of eq. (29) from its free rows. The middle row of an even degree is its own mirror
 /// image; eq. (30) leaves that out.
 fn mirrored(degree: usize, upper_rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
-    if !(2..=limits::DEGREE).contains(&degree) {
-        let allowed = format!("2 <= degree <= {}", limits::DEGREE);
+    if !(2..=limits::effective().degree).contains(&degree) {
+        let allowed = format!("2 <= degree <= {}", limits::effective().degree);
         return Err(Fault::OutOfRange { what: "degree", value: degree as f64, allowed }.at("degree"));
     }
     let half = degree / 2;
@@ -176,7 +176,7 @@ fn own_mirror_image(row: &[f64]) -> Result<(), Error> {
 fn yang_zeng(lambdas: &[f64]) -> Result<ShapeMatrix, Error> {
     let order = lambdas.len();
     at_least("lambdas (one per edge of the control polygon)", order, 1)?;
-    at_most("lambdas", order, limits::DEGREE - 1, "The degree of the curve is one more")?;
+    at_most("lambdas", order, limits::effective().degree - 1, "The degree of the curve is one more")?;
     let height = (order + 1) as f64;
     for (k, &lambda) in lambdas.iter().enumerate() {
         let i = (k + 1) as f64;

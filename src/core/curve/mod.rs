@@ -60,16 +60,16 @@ impl<const D: usize> Curve<D> {
 /// Checks the number of points and that every coordinate is finite.
 pub(crate) fn valid_points<const D: usize>(points: &[Point<D>], least: usize) -> Result<(), Error> {
     at_least("control points", points.len(), least)?;
-    at_most("control points", points.len(), limits::CONTROL_POINTS, "Send the curve in parts")?;
+    at_most("control points", points.len(), limits::effective().control_points, "Send the curve in parts")?;
     finite_points(points)
 }
 
 /// Refuses a degree, or an order, that is 0 or above [`limits::DEGREE`].
 pub(crate) fn within_degrees(what: &'static str, value: usize) -> Result<(), Fault> {
-    if (1..=limits::DEGREE).contains(&value) {
+    if (1..=limits::effective().degree).contains(&value) {
         return Ok(());
     }
-    let allowed = format!("1 <= {what} <= {}", limits::DEGREE);
+    let allowed = format!("1 <= {what} <= {}", limits::effective().degree);
     Err(Fault::OutOfRange { what, value: value as f64, allowed })
 }
 

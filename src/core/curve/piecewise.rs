@@ -142,7 +142,7 @@ impl<const D: usize> Piecewise<D> {
     pub fn from_composite(bases: Bases, order: usize, composite: &Composite<D>, closed: bool) -> Result<(Self, f64), Error> {
         bases.check_count(composite.breaks().segments()).at("bases")?;
         let count = composite.breaks().segments() * order + 1;
-        at_most("control points", count, limits::CONTROL_POINTS, "Take the curve in parts").at("control_points")?;
+        at_most("control points", count, limits::effective().control_points, "Take the curve in parts").at("control_points")?;
         let ways = bases.map(|i, basis| basis.way_back(order).at(i).at("bases"))?;
         let condition = ways.iter().map(|way| way.condition).fold(1.0, f64::max);
         let mut points = Vec::with_capacity(composite.breaks().segments() * order + 1);

@@ -23,7 +23,8 @@ impl<const D: usize> Single<D> {
     /// At `control_points`: fewer than 2, more than the basis or the limit allows, not finite.
     pub fn new(basis: Basis, points: Vec<Point<D>>) -> Result<Self, Error> {
         valid_points(&points, 2).at("control_points")?;
-        at_most("control points", points.len(), limits::DEGREE + 1, "Use several segments of lower degree").at("control_points")?;
+        at_most("control points", points.len(), limits::effective().degree + 1, "Use several segments of lower degree")
+            .at("control_points")?;
         basis.degree(points.len() - 1).at("control_points")?;
         Ok(Single { basis, points })
     }

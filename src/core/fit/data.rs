@@ -17,7 +17,9 @@ impl<const D: usize> Data<D> {
     /// Checks counts, that numbers are finite, and that weights are positive.
     pub(super) fn new(points: Vec<Point<D>>, weights: Option<Vec<f64>>, ends: Ends) -> Result<Self, Error> {
         let counted = at_least("points", points.len(), 2);
-        counted.and_then(|()| at_most("points", points.len(), limits::DATA_POINTS, "Thin the data out")).map_err(|f| f.at("points"))?;
+        counted
+            .and_then(|()| at_most("points", points.len(), limits::effective().data_points, "Thin the data out"))
+            .map_err(|f| f.at("points"))?;
         finite_points(&points).at("points")?;
         if let Some(weights) = &weights {
             check_weights(weights, points.len()).at("weights")?;

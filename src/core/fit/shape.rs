@@ -38,7 +38,7 @@ pub(super) fn solver<const D: usize>(family: Family, polygon: Vec<Point<D>>, dat
 /// A polygon a segment may have, that ends where the curve must end.
 fn check_polygon<const D: usize>(polygon: &[Point<D>], data: &Data<D>) -> Result<(), Error> {
     valid_points(polygon, 2)
-        .and_then(|()| Ok(at_most("control points", polygon.len(), limits::DEGREE + 1, "Use several segments of lower order")?))
+        .and_then(|()| Ok(at_most("control points", polygon.len(), limits::effective().degree + 1, "Use several segments of lower order")?))
         .at("control_points")
         .at("solve")?;
     let ends = Some((polygon[0], polygon[polygon.len() - 1]));

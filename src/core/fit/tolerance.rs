@@ -9,8 +9,9 @@ use super::spline::Ordered;
 use super::{Ends, Fit};
 use crate::core::basis::Basis;
 use crate::core::curve::{Bases, Curve, Piecewise};
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::least_squares::Deficient;
+use crate::core::limits;
 use crate::core::point::magnitude;
 
 /// Roundings of the largest coordinate that the way from points to control points and back may leave.
@@ -34,6 +35,7 @@ pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: B
     if spline.error() > target {
         return Err(not_met(tolerance, spline.error(), spline.segments()));
     }
+    check_size(spline.segments()).at("tolerance").at("solve")?;
     let (spline, minimal) = coarsen(&ordered, spline, target)?;
     let (curve, _) = Piecewise::from_composite(Bases::Common(basis), 3, &spline.composite()?, false).at("solve")?;
     let curve = Curve::Piecewise(curve);
@@ -42,6 +44,13 @@ pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: B
         return Err(not_met(tolerance, error.max, spline.segments()));
     }
     Ok(Fit { curve, error, parameters, iterations, converged: true, at_bound: false, locally_minimal: Some(minimal) })
+}
+
+/// Refuses a spline of more segments than a curve may have, also where some could be left out again: the limits bound the work as well.
+fn check_size(segments: usize) -> Result<(), Fault> {
+    const ADVICE: &str = "Raise the tolerance, or fit the points in parts";
+    at_most("segments on the way to this tolerance", segments, limits::effective().segments, ADVICE)?;
+    at_most("control points on the way to this tolerance", 3 * segments + 1, limits::effective().control_points, ADVICE)
 }
 
 /// What the spline must hold, so that the tolerance still holds after rounding to control points.

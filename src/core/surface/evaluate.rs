@@ -71,7 +71,8 @@ pub fn evaluate(surface: &Surface, places: &Places, orders: usize, wanted: Surfa
     let patch = surface.patch();
     let pairs = pairs(&patch, places).at("at")?;
     let asked = [1, 3, 6][orders] + usize::from(wanted.normal);
-    at_most("points and vectors in the answer", pairs.len() * asked, limits::ANSWER_POINTS, "Ask for fewer samples").at("at")?;
+    at_most("points and vectors in the answer", pairs.len() * asked, limits::effective().answer_points, "Ask for fewer samples")
+        .at("at")?;
     let needed = match wanted {
         SurfaceQuantities { mean_curvature: true, .. } | SurfaceQuantities { gaussian_curvature: true, .. } => 2,
         SurfaceQuantities { normal: true, .. } => 1,
@@ -115,13 +116,13 @@ fn pairs(patch: &Patch, places: &Places) -> Result<Vec<[f64; 2]>, Error> {
         Places::Grid(rows, columns) => {
             at_least("samples", *rows, 2).at("u")?;
             at_least("samples", *columns, 2).at("v")?;
-            at_most("samples", rows.saturating_mul(*columns), limits::SAMPLES, "Sample the surface in parts")?;
+            at_most("samples", rows.saturating_mul(*columns), limits::effective().samples, "Sample the surface in parts")?;
             let (us, vs) = (spread(domain[0], *rows), spread(domain[1], *columns));
             Ok(us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v])).collect())
         }
         Places::Parameters(pairs) => {
             at_least("parameters", pairs.len(), 1).at("values")?;
-            at_most("samples", pairs.len(), limits::SAMPLES, "Sample the surface in parts").at("values")?;
+            at_most("samples", pairs.len(), limits::effective().samples, "Sample the surface in parts").at("values")?;
             for (i, pair) in pairs.iter().enumerate() {
                 for direction in [Direction::U, Direction::V] {
                     let axis = direction as usize;

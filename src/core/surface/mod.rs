@@ -36,7 +36,7 @@ impl Surface {
         at_least("rows of control points", net.len(), 2).at("control_net")?;
         let columns = net[0].len();
         at_least("control points in a row", columns, 2).at(0).at("control_net")?;
-        at_most("control points", net.len().saturating_mul(columns), limits::CONTROL_POINTS, "Send the surface in parts")
+        at_most("control points", net.len().saturating_mul(columns), limits::effective().control_points, "Send the surface in parts")
             .at("control_net")?;
         for (i, row) in net.iter().enumerate() {
             if row.len() != columns {

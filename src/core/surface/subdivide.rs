@@ -42,7 +42,7 @@ pub fn subdivide(surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Resul
     }
     let [m, n] = whole.degrees();
     let points = (us.len() + 1).saturating_mul(vs.len() + 1).saturating_mul((m + 1) * (n + 1));
-    at_most("control points in the answer", points, limits::CONTROL_POINTS, "Cut the surface in parts").at("at")?;
+    at_most("control points in the answer", points, limits::effective().control_points, "Cut the surface in parts").at("at")?;
     let mut patches = Vec::with_capacity((us.len() + 1) * (vs.len() + 1));
     for strip in cut(&whole, Direction::U, us)? {
         patches.extend(cut(&strip, Direction::V, vs)?);

@@ -87,9 +87,9 @@ pub fn tessellate(surface: &Surface, tolerance: f64) -> Result<Mesh, Error> {
     let patch = surface.patch();
     check_tolerance(tolerance, patch.magnitude()).at("tolerance")?;
     let bends = Bends::of(&patch);
-    let Some([m, n]) = bends.cells(tolerance, limits::SAMPLES) else {
+    let Some([m, n]) = bends.cells(tolerance, limits::effective().samples) else {
         let advice = "Raise the tolerance, or cut the surface first";
-        let (what, count, most) = ("vertices or more are needed", limits::SAMPLES + 1, limits::SAMPLES);
+        let (what, count, most) = ("vertices or more are needed", limits::effective().samples + 1, limits::effective().samples);
         return Err(Fault::TooLarge { what, count, most, advice }.at("tolerance"));
     };
     let (us, vs) = (spread(patch.domain()[0], m + 1), spread(patch.domain()[1], n + 1));

@@ -136,7 +136,7 @@ impl From<&core::Basis> for Basis {
 /// # Errors
 /// As [`Basis::parse`]; more bases than [`limits::SEGMENTS`].
 pub fn parse_list(bases: Vec<Basis>) -> Result<Vec<core::Basis>, Error> {
-    crate::core::error::at_most("bases", bases.len(), limits::SEGMENTS, "Send the curve in parts")?;
+    crate::core::error::at_most("bases", bases.len(), limits::effective().segments, "Send the curve in parts")?;
     bases.into_iter().enumerate().map(|(i, basis)| basis.parse().at(i)).collect()
 }
 
