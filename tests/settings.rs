@@ -121,3 +121,42 @@ fn a_misspelt_variable_is_reported() {
     log.wait_for("SPRINGLINE_QUUE");
     drop(server);
 }
+
+/// What `--help` says of each setting: its name and its default.
+fn documented() -> Vec<(String, String)> {
+    let help = String::from_utf8(clean().arg("--help").output().unwrap().stdout).unwrap();
+    let settings = help.split("Settings:").nth(1).unwrap().split("\n      --").skip(1);
+    let of = |text: &str| {
+        let default = text.split("[default: ").nth(1).and_then(|rest| rest.split(']').next());
+        (text.split(' ').next().unwrap().to_owned(), default.map_or("none".to_owned(), |default| format!("`{default}`")))
+    };
+    settings.map(of).collect()
+}
+
+#[test]
+fn the_operators_page_lists_every_setting_with_its_default() {
+    let page = include_str!("../docs/operations.md");
+    let settings = documented();
+    assert!(settings.len() > 25, "{settings:?}");
+    for (name, default) in settings {
+        assert!(page.contains(&format!("| `{name}` | {default} |")), "no row for {name} with {default}");
+    }
+}
+
+/// The page names its proofs: they must be there.
+#[test]
+fn the_operators_page_names_tests_that_exist() {
+    let page = include_str!("../docs/operations.md");
+    let tests = include_str!("operation.rs");
+    let named = page.split("`operation::").skip(1).filter_map(|rest| rest.split('`').next());
+    let mut count = 0;
+    for name in named.filter(|name| *name != "...") {
+        assert!(tests.contains(&format!("fn {name}()")), "no test {name}");
+        count += 1;
+    }
+    assert!(count > 10, "{count}");
+    let scripts = page.split("`scripts/").skip(1).filter_map(|rest| rest.split('`').next());
+    for script in scripts {
+        assert!(std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scripts")).join(script).exists(), "no {script}");
+    }
+}
