@@ -312,3 +312,16 @@ fn framing_that_contradicts_itself_gets_no_success() {
         }
     }
 }
+
+#[test]
+fn a_list_that_no_curve_needs_is_refused_while_it_is_read() {
+    let server = Server::start();
+    let long = |item: &str| vec![item; 1_000_000].join(",");
+    let curve = r#"{"family": "bezier", "control_points": [[0, 0], [1, 1]]}"#;
+    let values = format!(r#"{{"curve": {curve}, "sampling": {{"kind": "parameters", "values": [{}]}}}}"#, long("0"));
+    let points = format!(r#"{{"points": [{}]}}"#, long("[0,0]"));
+    for (path, body, pointer) in [("/v1/evaluate", values, "/sampling/values"), ("/v1/interpolate", points, "/points")] {
+        let answer = server.post(path, body);
+        assert_eq!((answer.status, answer.pointer().starts_with(pointer)), (413, true), "{}", answer.text());
+    }
+}

@@ -10,6 +10,7 @@ use serde_path_to_error::{Path, Segment};
 
 use super::error::Problem;
 use super::paper::{Paper, Stopped};
+use super::wire::TOO_LONG;
 use crate::core::error::{Error, Fault};
 use crate::core::work::checkpoint;
 
@@ -40,7 +41,8 @@ fn explain<T: DeserializeOwned>(body: &[u8], error: &serde_json::Error) -> Probl
     let text = error.to_string();
     let message = text.rsplit_once(" at line ").map_or(text.as_str(), |(message, _)| message);
     let (code, title) = kind_of(error, message);
-    Problem::at(StatusCode::BAD_REQUEST, code, title, pointer, in_json_terms(message)).with_position(error.line(), error.column().max(1))
+    let status = if code == "too_large" { StatusCode::PAYLOAD_TOO_LARGE } else { StatusCode::BAD_REQUEST };
+    Problem::at(status, code, title, pointer, in_json_terms(message)).with_position(error.line(), error.column().max(1))
 }
 
 fn not_json(detail: &str) -> Problem {
@@ -53,6 +55,7 @@ fn kind_of(error: &serde_json::Error, message: &str) -> (&'static str, &'static 
         m if m.starts_with("unknown field") => ("unknown_field", SHAPE),
         m if m.starts_with("duplicate field") => ("duplicate_field", SHAPE),
         m if m.starts_with("unknown variant") => ("unknown_variant", SHAPE),
+        m if m.starts_with(TOO_LONG) => ("too_large", "Beyond a limit"),
         m if m.starts_with("number out of range") => ("number_out_of_range", SHAPE),
         _ if error.is_data() => ("wrong_type", SHAPE),
         _ => ("not_json", "The body is not JSON"),

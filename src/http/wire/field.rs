@@ -1,11 +1,14 @@
 //! The values that fields hold.
 
-use serde::de::{DeserializeOwned, Visitor};
+use std::marker::PhantomData;
+
+use serde::de::{DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
 
 use crate::core::error::{Error, Fault};
+use crate::core::limits;
 
 /// Named schemas, as the specification collects them.
 pub type Components = Vec<(String, RefOr<Schema>)>;
@@ -17,6 +20,42 @@ pub trait Field: DeserializeOwned + Serialize {
 
     /// Adds the schemas that [`Field::schema`] refers to.
     fn collect(_components: &mut Components) {}
+
+    /// Reads one; lists end at [`ITEMS`].
+    ///
+    /// # Errors
+    /// Whatever is not one.
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::deserialize(deserializer)
+    }
+}
+
+/// The longest list that is read: the knots of the largest curve. Longer ones are refused while they are read, before they
+/// take memory that no request needs.
+pub const ITEMS: usize = limits::CONTROL_POINTS + limits::DEGREE + 1;
+
+/// The refusal of a longer list; [`crate::http::json`] knows it by its beginning.
+pub(super) fn too_long<E: serde::de::Error>() -> E {
+    E::custom(format!("{TOO_LONG} {ITEMS} items; the largest curve has as many knots"))
+}
+
+/// How the refusal of a list that is too long begins.
+pub const TOO_LONG: &str = "the list has more than";
+
+/// Reads a value as a field does.
+struct Reader<T>(PhantomData<T>);
+
+impl<'de, T: Field> DeserializeSeed<'de> for Reader<T> {
+    type Value = T;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
+        T::read(deserializer)
+    }
+}
+
+/// The value of a key of an object.
+pub fn read_value<'de, T: Field, A: MapAccess<'de>>(map: &mut A) -> Result<T, A::Error> {
+    map.next_value_seed(Reader(PhantomData))
 }
 
 impl Field for f64 {
@@ -50,6 +89,29 @@ impl<T: Field> Field for Vec<T> {
 
     fn collect(components: &mut Components) {
         T::collect(components);
+    }
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct List<T>(PhantomData<T>);
+        impl<'de, T: Field> Visitor<'de> for List<T> {
+            type Value = Vec<T>;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a sequence")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vec<T>, A::Error> {
+                let mut items = Vec::new();
+                while let Some(item) = seq.next_element_seed(Reader(PhantomData))? {
+                    if items.len() == ITEMS {
+                        return Err(too_long());
+                    }
+                    items.push(item);
+                }
+                Ok(items)
+            }
+        }
+        deserializer.deserialize_seq(List(PhantomData))
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use serde::Deserialize;
 use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
 
+use super::field::{Field, read_value};
 use crate::core::error::{Error, Fault};
 
 /// Declares a JSON object: `required` or `optional` fields, each with its documentation, its type and, where
@@ -205,11 +205,11 @@ macro_rules! nested {
 }
 
 /// Reads the value of a field into its place, once.
-pub fn set<'de, T: Deserialize<'de>, A: MapAccess<'de>>(place: &mut Option<T>, name: &str, map: &mut A) -> Result<(), A::Error> {
+pub fn set<'de, T: Field, A: MapAccess<'de>>(place: &mut Option<T>, name: &str, map: &mut A) -> Result<(), A::Error> {
     if place.is_some() {
         return Err(refuse_value(map, format!("duplicate field `{name}`: it was given before")));
     }
-    *place = Some(map.next_value()?);
+    *place = Some(read_value(map)?);
     Ok(())
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
 
-use super::field::{Components, Field, number};
+use super::field::{Components, Field, ITEMS, number, too_long};
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
 use crate::core::work::Pace;
@@ -179,6 +179,9 @@ impl<'de> Deserialize<'de> for Points {
                     let mut pace = Pace::default();
                     while let Some(Fixed(point)) = seq.next_element()? {
                         pace.step().map_err(A::Error::custom)?;
+                        if points.len() == ITEMS {
+                            return Err(too_long());
+                        }
                         points.push(point);
                     }
                     Ok(points)
