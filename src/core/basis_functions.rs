@@ -4,7 +4,7 @@ use super::basis::{Basis, Properties, ShapeMatrix};
 use super::bezier_form::bernstein;
 use super::error::{At, Error, at_least, at_most};
 use super::limits;
-use super::work::Pace;
+use super::work::{self, Pace};
 
 /// A basis at one order, sampled.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,12 +46,15 @@ pub fn basis_functions(basis: &Basis, order: usize, count: usize) -> Result<Basi
             list.push(matrix.rows().zip(&weights).map(|(row, weight)| row[j] * weight).sum());
         }
     }
+    // Singular values take milliseconds.
+    let condition = matrix.condition();
+    work::checkpoint()?;
     Ok(BasisFunctions {
         degree,
         domain: (0.0, basis.length()),
         parameters: (0..count).map(|i| basis.length() * fraction(i)).collect(),
         values,
-        condition: matrix.condition(),
+        condition,
         properties: matrix.properties(),
         matrix,
     })

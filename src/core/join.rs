@@ -215,6 +215,12 @@ impl<const D: usize> Chain<D> {
         Some(Link { r, s: tangent.dot(b - a * (r * r)) / speed })
     }
 
+    /// The links that a function gives the joints; each may take milliseconds.
+    fn each_joint(&self, link: impl Fn(usize) -> Link) -> Result<Vec<Link>, Error> {
+        let joints = 0..self.bases.len() - 1;
+        joints.map(|left| work::checkpoint().map(|()| link(left))).collect()
+    }
+
     /// Improves the links from those of the original points, as long as that lessens the sum of squared moves. Every trial meets the
     /// class for its links; the direction is that of the linearised problem, which leads down to first order.
     fn descend(&mut self) -> Result<(), Error> {
@@ -223,18 +229,18 @@ impl<const D: usize> Chain<D> {
         let joints = self.bases.len() - 1;
         let usable = |r: f64| if r > 0.0 && r.is_finite() { r } else { 1.0 };
         let start = |left| self.link(left, |ratio, _| usable(ratio)).unwrap_or(Link { r: 1.0, s: 0.0 });
-        let start = work::collect((0..joints).map(start))?;
+        let start = self.each_joint(start)?;
         let mut links = start.clone();
         self.points = self.solve(|left| self.linked(left, links[left]))?;
         for _ in 0..STEPS {
             let linear = (0..joints).map(|left| self.linearised(left)).collect::<Result<Vec<_>, _>>()?;
             let (best, cost) = (self.points.clone(), self.cost(&self.points));
             self.points = self.solve(|left| linear[left].clone())?;
-            let wanted = work::collect((0..joints).map(|left| {
+            let wanted = self.each_joint(|left| {
                 let usual = start[left].r;
                 let near = |_, along: f64| along.clamp(usual / SPEED_RATIO, usual * SPEED_RATIO);
                 self.link(left, near).unwrap_or(links[left])
-            }))?;
+            })?;
             let mut fraction = 1.0;
             let better = loop {
                 let between = |(a, b): (&Link, &Link)| Link { r: a.r + fraction * (b.r - a.r), s: a.s + fraction * (b.s - a.s) };

@@ -93,7 +93,7 @@ impl System {
             let inside = || column.iter().map(|&(i, _)| i).filter(|&i| i < banded);
             inside().max().zip(inside().min()).map_or(0, |(last, first)| last - first)
         };
-        let width = columns.iter().map(reach).max().unwrap_or(0);
+        let width = work::collect(columns.iter().map(reach))?.into_iter().max().unwrap_or(0);
         Ok(System { conditions, columns, banded, width })
     }
 

@@ -106,8 +106,12 @@ impl Canvas {
     }
 
     fn through(&mut self, pixels: &[Point<2>]) -> String {
-        let pairs: Vec<String> = pixels.iter().map(|&p| self.pair(p)).collect();
-        format!("M {}", pairs.join(" L "))
+        let mut data = String::new();
+        for (i, &p) in pixels.iter().enumerate() {
+            data.push_str(if i == 0 { "M " } else { " L " });
+            data.push_str(&self.pair(p));
+        }
+        data
     }
 
     fn stroke(&mut self, data: &str, color: &str) {

@@ -25,7 +25,7 @@ use super::error::{At, Error, at_most};
 use super::limits;
 use super::point::Point;
 use super::surface::Surface;
-use super::work::Pace;
+use super::work::{self, Pace};
 use axes::{draw_plane_axes, draw_space_axes};
 use canvas::Canvas;
 use frame::{Bounds, Frame, Plot};
@@ -136,6 +136,7 @@ fn space_box(picture: &Picture) -> Result<Option<Box3>, Error> {
         }
     }
     for surface in &picture.surfaces {
+        work::checkpoint()?;
         space.add(surface.patch().rows().flatten());
     }
     Ok((!space.is_empty()).then_some(space))

@@ -31,15 +31,14 @@ impl Shaded {
     /// # Errors
     /// [`Fault::Cancelled`](crate::core::error::Fault).
     pub fn of(surface: &Surface) -> Result<Self, Error> {
-        work::checkpoint()?;
         let patch = surface.patch();
         let at = |[a, b]: [f64; 2], i: usize| a + (b - a) * i as f64 / CELLS as f64;
         let [u, v] = patch.domain().map(|(a, b)| [a, b]);
-        let row = |i: usize| (0..=CELLS).map(|j| patch.at(at(u, i), at(v, j))).collect();
+        let row = |i: usize| work::checkpoint().map(|()| (0..=CELLS).map(|j| patch.at(at(u, i), at(v, j))).collect());
         let rows: Vec<Vec<Point<2>>> = surface.rows().map(|row| row.iter().copied().map(project).collect()).collect();
         let columns = (0..rows[0].len()).map(|j| rows.iter().map(|row| row[j]).collect());
         let net = rows.iter().cloned().chain(columns).collect();
-        Ok(Shaded { grid: (0..=CELLS).map(row).collect(), net })
+        Ok(Shaded { grid: (0..=CELLS).map(row).collect::<Result<_, _>>()?, net })
     }
 
     /// Every point, projected.

@@ -1,0 +1,433 @@
+//! A computation that nobody waits for any more ends soon, wherever it is: every operation at about its largest input.
+//!
+//! `cargo test --release --test cancellation -- --ignored --nocapture` prints how soon.
+
+use std::sync::{OnceLock, mpsc};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use axum::response::IntoResponse;
+use springline::core::basis::{Basis, Beta, Bezier};
+use springline::core::basis_functions::basis_functions;
+use springline::core::continuity::{Tolerance, continuity};
+use springline::core::convert::convert;
+use springline::core::curve::{BSpline, Bases, Composite, Curve, Piecewise, Single};
+use springline::core::error::{Error, Fault};
+use springline::core::evaluate::{Quantities, Sampling, evaluate};
+use springline::core::fit::{Ends, Family, Options, Parameters, Solve, fit};
+use springline::core::interpolate::{End, Shape, interpolate};
+use springline::core::join::{Movable, Smoothness, join};
+use springline::core::knots::Breaks;
+use springline::core::parameterization::Parameterization;
+use springline::core::picture::{Curves, Mark, Picture, Show, draw};
+use springline::core::point::Point;
+use springline::core::reshape::{Keep, reshape};
+use springline::core::subdivide::{Cuts, Form, subdivide};
+use springline::core::surface::{self, Places, Surface, SurfaceQuantities};
+use springline::core::to_bspline::{KnotStyle, to_bspline};
+use springline::core::work::{self, Cancel};
+use springline::http;
+
+type P = Point<3>;
+type Run = Box<dyn Fn() -> Result<(), Error> + Send + Sync>;
+
+/// What is run, and how to prepare it.
+struct Case {
+    name: &'static str,
+    prepare: fn() -> Run,
+}
+
+/// A computation whose result is not looked at.
+fn run<T>(computation: impl Fn() -> Result<T, Error> + Send + Sync + 'static) -> Run {
+    Box::new(move || computation().map(drop))
+}
+
+// ---- inputs
+
+/// Numbers in [-1, 1) that look random and are always the same.
+fn number(i: usize) -> f64 {
+    let mixed = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+/// A walk without repetition, with noise of this size.
+fn walk(count: usize, noise: f64) -> Vec<P> {
+    let at = |i: usize| {
+        let t = i as f64 / count as f64;
+        Point([30.0 * t, (40.0 * t).sin(), (23.0 * t).cos()]) + Point([0, 1, 2].map(|k| noise * number(3 * i + k)))
+    };
+    (0..count).map(at).collect()
+}
+
+/// A basis like no other, near Bezier's, so that it has a way back at any order.
+fn beta(i: usize) -> Basis {
+    Basis::Beta(Beta::from_beta(1e-5 * (1.0 + i as f64 * 1e-6)).unwrap())
+}
+
+fn different(count: usize) -> Bases {
+    Bases::PerSegment((0..count).map(beta).collect())
+}
+
+fn bezier() -> Basis {
+    Basis::Bezier(Bezier)
+}
+
+fn even(count: usize) -> Breaks {
+    Breaks::new((0..=count).map(|i| i as f64).collect()).unwrap()
+}
+
+fn piecewise(bases: Bases, order: usize, segments: usize) -> Curve<3> {
+    Curve::Piecewise(Piecewise::new(bases, order, even(segments), false, walk(segments * order + 1, 1e-3)).unwrap())
+}
+
+/// As many segments of order 64 as a curve can have, and all of them different.
+fn wide() -> Curve<3> {
+    static WIDE: OnceLock<Curve<3>> = OnceLock::new();
+    WIDE.get_or_init(|| piecewise(different(6_249), 64, 6_249)).clone()
+}
+
+/// As many segments as a curve can have.
+fn long() -> Curve<3> {
+    piecewise(Bases::Common(beta(0)), 3, 100_000)
+}
+
+fn bspline(degree: usize, spans: usize) -> Curve<3> {
+    let knots = (0..=spans + 2 * degree).map(|i| i as f64).collect();
+    Curve::BSpline(BSpline::new(degree, knots, walk(spans + degree, 1e-3), false).unwrap())
+}
+
+fn single() -> Curve<3> {
+    Curve::Single(Single::new(beta(0), walk(65, 0.5)).unwrap())
+}
+
+fn patch() -> Surface {
+    let row = |i: usize| (0..65).map(|j| Point([i as f64, j as f64, 9.0 * number(65 * i + j)])).collect();
+    Surface::new(beta(0), beta(1), (0..65).map(row).collect()).unwrap()
+}
+
+fn fitting(points: Vec<P>, ends: Ends, parameter_correction: bool, solve: Solve<3>) -> Run {
+    run(move || {
+        let options = Options { weights: None, parameters: Parameters::ChordLength, ends, parameter_correction, solve: solve.clone() };
+        fit(points.clone(), options)
+    })
+}
+
+fn picture(curves: Vec<Curve<3>>, surfaces: Vec<Surface>) -> Run {
+    let marks = |count| (0..count).map(|i| Mark { label: None, color: i % 8 }).collect();
+    let picture = Picture {
+        curve_marks: marks(curves.len()),
+        surface_marks: marks(surfaces.len()),
+        curves: Curves::Space(curves),
+        surfaces,
+        show: Show { polygon: true, joints: true, comb: true, axes: true, legend: true },
+        size: [4_000, 4_000],
+        title: "All".into(),
+    };
+    run(move || draw(&picture))
+}
+
+/// An operation as the service runs it, from the bytes of a request.
+fn request<Request, Answer>(body: String, operation: fn(Request) -> Result<Answer, Error>) -> Run
+where
+    Request: serde::de::DeserializeOwned + 'static,
+    Answer: 'static,
+{
+    run(move || {
+        let request = http::json::from_bytes(body.as_bytes()).map_err(|problem| {
+            assert_eq!(problem.into_response().status(), 504);
+            Error::from(Fault::Cancelled)
+        })?;
+        operation(request)
+    })
+}
+
+fn joined(list: impl Iterator<Item = String>) -> String {
+    list.collect::<Vec<_>>().join(",")
+}
+
+// ---- cases
+
+const CASES: &[Case] = &[
+    Case {
+        name: "evaluate: 200,000 samples with frames, degree 64",
+        prepare: || {
+            let all = Quantities { tangent: true, normal: true, curvature: true, torsion: true, speed: true };
+            let curve = single();
+            run(move || evaluate(&curve, &Sampling::Count(200_000), 2, all))
+        },
+    },
+    Case {
+        name: "evaluate: B-spline of degree 64 with 100,000 spans, 8 derivatives",
+        prepare: || {
+            let curve = bspline(64, 100_000);
+            run(move || evaluate(&curve, &Sampling::Count(100_000), 8, Quantities::default()))
+        },
+    },
+    Case {
+        name: "evaluate: 6,249 bases of order 64",
+        prepare: || {
+            let curve = wide();
+            run(move || evaluate(&curve, &Sampling::Count(2), 0, Quantities::default()))
+        },
+    },
+    Case {
+        name: "evaluate: by tolerance",
+        prepare: || {
+            let curve = wide();
+            run(move || evaluate(&curve, &Sampling::Tolerance(1e-7), 0, Quantities::default()))
+        },
+    },
+    Case {
+        name: "subdivide: 100,000 parameters, degree 64",
+        prepare: || {
+            let curve = single();
+            let cuts = Cuts::Parameters((1..99_999).map(|i| i as f64 / 1e5).collect());
+            run(move || subdivide(&curve, &cuts, Form::Auto))
+        },
+    },
+    Case {
+        name: "subdivide: to a depth, 96,000 pieces of degree 64",
+        prepare: || {
+            let curve = piecewise(Bases::Common(beta(0)), 64, 3_000);
+            run(move || subdivide(&curve, &Cuts::Depth(5), Form::Auto))
+        },
+    },
+    Case {
+        name: "subdivide: to a flatness",
+        prepare: || {
+            let curve = wide();
+            run(move || subdivide(&curve, &Cuts::Flatness(1e-7), Form::Auto))
+        },
+    },
+    Case {
+        name: "to-bspline: B-spline of degree 64 with 100,000 spans",
+        prepare: || {
+            let curve = bspline(64, 100_000);
+            run(move || to_bspline(&curve, KnotStyle::Clamped, 1e-9))
+        },
+    },
+    Case {
+        name: "to-bspline: 6,000 segments of degree 64, all knots",
+        prepare: || {
+            let curve = piecewise(Bases::Common(bezier()), 64, 6_000);
+            run(move || to_bspline(&curve, KnotStyle::Clamped, 1e-9))
+        },
+    },
+    Case {
+        name: "interpolate: 100,000 points, as many bases",
+        prepare: || {
+            let points = walk(100_000, 1e-3);
+            run(move || interpolate(&points, Shape::Closed, different(100_000), &Parameterization::ChordLength))
+        },
+    },
+    Case {
+        name: "interpolate: 100,000 points, not a knot",
+        prepare: || {
+            let points = walk(100_000, 1e-3);
+            let shape = Shape::Open(End::NotAKnot, End::NotAKnot);
+            run(move || interpolate(&points, shape, Bases::Common(bezier()), &Parameterization::ChordLength))
+        },
+    },
+    Case {
+        name: "fit: 100,000 noisy points by tolerance",
+        prepare: || {
+            let solve = Solve::Tolerance { basis: bezier(), tolerance: 1e-3 };
+            fitting(walk(100_000, 1e-3), Ends::Interpolate, false, solve)
+        },
+    },
+    Case {
+        name: "fit: 100,000 smooth points by tolerance",
+        prepare: || fitting(walk(100_000, 0.0), Ends::Free, false, Solve::Tolerance { basis: beta(0), tolerance: 1e-9 }),
+    },
+    Case {
+        name: "fit: 100,000 points, control points of order 40, corrected",
+        prepare: || fitting(walk(100_000, 1e-2), Ends::Interpolate, true, Solve::ControlPoints { basis: bezier(), order: 40 }),
+    },
+    Case {
+        name: "fit: 100,000 points, shape of a beta-bezier of order 64",
+        prepare: || {
+            let solve = Solve::Shape { family: Family::Beta, control_points: walk(65, 0.3) };
+            fitting(walk(100_000, 1e-2), Ends::Free, true, solve)
+        },
+    },
+    Case {
+        name: "fit: 100,000 points, shape of a quasi-bezier of degree 40",
+        prepare: || {
+            let solve = Solve::Shape { family: Family::Quasi { degree: 40 }, control_points: walk(41, 0.3) };
+            fitting(walk(100_000, 1e-2), Ends::Free, true, solve)
+        },
+    },
+    Case {
+        name: "fit: 100,000 points, both, order 30 and degree 36",
+        prepare: || fitting(walk(100_000, 1e-2), Ends::Interpolate, true, Solve::Both { family: Family::Quasi { degree: 36 }, order: 30 }),
+    },
+    Case {
+        name: "reshape: 6,249 bases of order 64, nothing kept",
+        prepare: || {
+            let curve = piecewise(Bases::Common(bezier()), 64, 6_249);
+            run(move || reshape(&curve, different(6_249), Keep::Nothing))
+        },
+    },
+    Case {
+        name: "reshape: 6,249 bases of order 64, C1 kept",
+        prepare: || {
+            let curve = convert(&bspline(3, 6_249), bezier(), Some(64)).unwrap().curve;
+            run(move || reshape(&curve, different(6_249), Keep::C1))
+        },
+    },
+    Case {
+        name: "reshape: 80,000 bases of order 4, C1 kept",
+        prepare: || {
+            let curve = convert(&bspline(3, 80_000), bezier(), Some(4)).unwrap().curve;
+            run(move || reshape(&curve, different(80_000), Keep::C1))
+        },
+    },
+    Case {
+        name: "join: 1,000 curves of order 64, G2",
+        prepare: || {
+            let curves: Vec<_> = (0..1_000).map(|i| Single::new(beta(i), walk(65, 0.1 + 1e-4 * i as f64)).unwrap()).collect();
+            run(move || join(curves.clone(), Smoothness::G2, Movable::Both))
+        },
+    },
+    Case {
+        name: "convert: 100,000 cubics",
+        prepare: || {
+            let curve = long();
+            run(move || convert(&curve, beta(7), None))
+        },
+    },
+    Case {
+        name: "convert: 6,249 cubics to order 64",
+        prepare: || {
+            let curve = piecewise(Bases::Common(bezier()), 3, 6_249);
+            run(move || convert(&curve, beta(7), Some(64)))
+        },
+    },
+    Case {
+        name: "continuity: 100,000 joints of degree 64",
+        prepare: || {
+            let composite: Composite<3> = bspline(64, 100_000).composite().unwrap();
+            run(move || continuity(&composite, false, Tolerance::default()))
+        },
+    },
+    Case { name: "basis functions: 15,000 samples of order 64", prepare: || run(|| basis_functions(&beta(0), 64, 15_384)) },
+    Case {
+        name: "surface evaluate: 400 x 400, second derivatives",
+        prepare: || {
+            let surface = patch();
+            let all = SurfaceQuantities { normal: true, mean_curvature: true, gaussian_curvature: true };
+            run(move || surface::evaluate(&surface, &Places::Grid(378, 377), 2, all))
+        },
+    },
+    Case {
+        name: "surface subdivide: 90 pieces of degree 64",
+        prepare: || {
+            let surface = patch();
+            let cuts = |count: usize| (1..count).map(|i| i as f64 / count as f64).collect::<Vec<_>>();
+            run(move || surface::subdivide(&surface, &cuts(10), &cuts(9), Form::Auto))
+        },
+    },
+    Case {
+        name: "surface subdivide: 99,000 pieces of degree 1",
+        prepare: || {
+            let net = [[0.0, 1.0], [2.0, 5.0]].map(|row| row.map(|z| Point([z, z * z, 1.0])).to_vec()).to_vec();
+            let surface = Surface::new(bezier(), bezier(), net).unwrap();
+            let cuts = |count: usize| (1..count).map(|i| i as f64 / count as f64).collect::<Vec<_>>();
+            run(move || surface::subdivide(&surface, &cuts(330), &cuts(300), Form::Auto))
+        },
+    },
+    Case {
+        name: "surface tessellate: 190,000 vertices",
+        prepare: || {
+            let surface = patch();
+            // Vertices are in inverse proportion to the tolerance.
+            let coarse = 1e3;
+            let tolerance = coarse * surface::tessellate(&surface, coarse).unwrap().points.len() as f64 / 190_000.0;
+            run(move || surface::tessellate(&surface, tolerance))
+        },
+    },
+    Case {
+        name: "render: 19,999 segments of degree 20",
+        prepare: || picture(vec![piecewise(Bases::Common(beta(0)), 20, 19_999)], Vec::new()),
+    },
+    Case { name: "render: 6,249 bases of order 64", prepare: || picture(vec![wide()], Vec::new()) },
+    Case { name: "render: 16 surfaces of degree 64", prepare: || picture(Vec::new(), (0..16).map(|_| patch()).collect()) },
+    Case {
+        name: "request: 100,000 shape matrices of order 63",
+        prepare: || {
+            let basis = |i: usize| {
+                let zeros = ",0".repeat(62);
+                format!(r#"{{"family":"quasi-bezier","shape":{{"kind":"elevation","lambdas":[0.{i:06}{zeros}]}}}}"#)
+            };
+            let bases = joined((0..100_000).map(basis));
+            let curve = r#"{"family":"bezier","control_points":[[0,0],[1,1]]}"#;
+            request(format!(r#"{{"curve":{curve},"bases":[{bases}]}}"#), http::reshape::operation)
+        },
+    },
+    Case {
+        name: "request: continuity of 50,000 beta-bezier curves of order 64",
+        prepare: || {
+            let points = joined((0..65).map(|i| format!("[{i},{}]", i % 7)));
+            let curve = |i: usize| format!(r#"{{"family":"beta-bezier","beta":{i},"control_points":[{points}]}}"#);
+            let curves = joined((0..50_000).map(curve));
+            request(format!(r#"{{"curves":[{curves}],"closed":true,"report":"summary"}}"#), http::continuity::operation)
+        },
+    },
+    Case {
+        name: "request: reading 1,500,000 points",
+        prepare: || {
+            let points = joined(walk(15_000, 1e-3).into_iter().map(|p| format!("[{:.3},{:.4},{:.4}]", p[0], p[1], p[2])));
+            let points = joined((0..100).map(|_| points.clone()));
+            request(format!(r#"{{"points":[{points}]}}"#), http::interpolate::operation)
+        },
+    },
+];
+
+/// Runs a case on another thread, cancels it after a while, and tells what it returned and how long after.
+fn cancelled(case: &Run, after: Duration) -> (Result<(), Error>, Duration) {
+    let cancel = Cancel::default();
+    let (started, start) = mpsc::channel();
+    thread::scope(|scope| {
+        let inner = cancel.clone();
+        let computation = scope.spawn(move || {
+            started.send(()).unwrap();
+            work::run(&inner, case)
+        });
+        start.recv().unwrap();
+        thread::sleep(after);
+        let at = Instant::now();
+        cancel.cancel();
+        let result = computation.join().unwrap();
+        (result, at.elapsed())
+    })
+}
+
+/// Generous, as tests run unoptimised and side by side: uncancelled, the cases take up to minutes.
+const SOON: Duration = Duration::from_secs(2);
+
+#[test]
+fn a_cancelled_computation_ends_soon() {
+    for case in CASES {
+        let (result, rest) = cancelled(&(case.prepare)(), Duration::from_millis(60));
+        assert_eq!(result.map_err(|error| error.fault), Err(Fault::Cancelled), "{}", case.name);
+        assert!(rest < SOON, "{} went on for {rest:?}", case.name);
+    }
+}
+
+#[test]
+#[ignore = "a measurement: run it optimised and alone"]
+fn how_soon_a_cancelled_computation_ends() {
+    const MOMENTS: u32 = 12;
+    for case in CASES {
+        let computation = (case.prepare)();
+        let start = Instant::now();
+        let outcome = if computation().is_ok() { "" } else { " (refused)" };
+        let whole = start.elapsed();
+        // The moments are spread over the whole computation, but not beyond what one can wait for.
+        let span = whole.min(Duration::from_secs(3));
+        let late = |k: u32| cancelled(&computation, span * k / MOMENTS).1;
+        let latest = (0..MOMENTS).map(late).max().unwrap();
+        println!("{:75} {:8.0} ms {:6.1} ms{outcome}", case.name, whole.as_secs_f64() * 1e3, latest.as_secs_f64() * 1e3);
+    }
+}
