@@ -33,7 +33,7 @@ const HEADERS: usize = 64;
 /// before it learns that the connection is closed.
 const LINGER: Duration = Duration::from_secs(1);
 /// How long a connection without a whole request holds up the end of the service.
-const PARTING: Duration = Duration::from_millis(500);
+pub const PARTING: Duration = Duration::from_millis(500);
 
 /// The limits of each phase of a connection.
 #[derive(Debug, Clone, Copy)]
@@ -82,11 +82,15 @@ struct State {
     since: Instant,
     /// Whether a part of the request's body has not been read.
     unread: bool,
+    /// Whether all of the answer has been handed to the connection, which still has to send it.
+    handed: bool,
+    /// Since when the client has not taken all that was to be sent.
+    blocked: Option<Instant>,
 }
 
 impl Progress {
     fn new() -> Self {
-        Progress(Arc::new(Mutex::new(State { phase: Phase::Head, since: Instant::now(), unread: false })))
+        Progress(Arc::new(Mutex::new(State { phase: Phase::Head, since: Instant::now(), unread: false, handed: false, blocked: None })))
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -95,16 +99,39 @@ impl Progress {
 
     fn enter(&self, phase: Phase) {
         let mut state = self.state();
-        (state.phase, state.since) = (phase, Instant::now());
+        (state.phase, state.since, state.handed) = (phase, Instant::now(), false);
+    }
+
+    /// Notes whether bytes could be sent, and when all of them have been.
+    fn note<T>(&self, sending: &Poll<T>, is_flush: bool) {
+        let mut state = self.state();
+        match sending {
+            Poll::Pending => drop(state.blocked.get_or_insert_with(Instant::now)),
+            Poll::Ready(_) if is_flush => {
+                state.blocked = None;
+                if state.handed {
+                    (state.phase, state.since, state.handed) = (Phase::Idle, Instant::now(), false);
+                }
+            }
+            Poll::Ready(_) => {}
+        }
+    }
+
+    /// Whether the connection waits for a request.
+    fn is_waiting(&self) -> bool {
+        matches!(self.state().phase, Phase::Head | Phase::Idle)
     }
 
     /// When the connection is to be closed, and why, if nothing happens.
     fn deadline(&self, times: &Times, draining: Option<Instant>) -> Option<(Instant, Reason)> {
-        let (phase, since) = {
+        let (phase, since, blocked) = {
             let state = self.state();
-            (state.phase, state.since)
+            (state.phase, state.since, state.blocked)
         };
         let limit = times.of_phase(phase).map(|(time, reason)| (since + time, reason));
+        // Who sends request after request and reads no answer is in any phase.
+        let taking = blocked.map(|since| (since + times.answer, Reason::answer));
+        let limit = limit.into_iter().chain(taking).min_by_key(|(when, _)| *when);
         match (draining, phase) {
             (Some(begun), Phase::Head | Phase::Idle) => {
                 let parting = (begun + PARTING, Reason::stop);
@@ -138,7 +165,10 @@ where
             ended = run(&mut connection, &progress, &times, draining) => break ended,
             () = drain => {
                 draining = Some(Instant::now());
-                Pin::new(&mut connection).graceful_shutdown();
+                // A request may have arrived that nobody has read yet: a connection that waits for one does so for the time of parting.
+                if !progress.is_waiting() {
+                    Pin::new(&mut connection).graceful_shutdown();
+                }
             }
         }
     };
@@ -195,7 +225,7 @@ pub async fn linger<S: AsyncRead + AsyncWrite + Unpin>(stream: &mut S) -> io::Re
     Ok(())
 }
 
-/// The socket; notes when a request begins to arrive.
+/// The socket; notes when a request begins to arrive, and when an answer is sent.
 struct Watched<S> {
     stream: S,
     progress: Progress,
@@ -217,11 +247,16 @@ impl<S: AsyncRead + Unpin> AsyncRead for Watched<S> {
 
 impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
     fn poll_write(mut self: Pin<&mut Self>, context: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write(context, bytes)
+        let polled = Pin::new(&mut self.stream).poll_write(context, bytes);
+        self.progress.note(&polled, false);
+        polled
     }
 
+    /// Called when everything has been written.
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_flush(context)
+        let polled = Pin::new(&mut self.stream).poll_flush(context);
+        self.progress.note(&polled, true);
+        polled
     }
 
     fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -229,7 +264,9 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
     }
 
     fn poll_write_vectored(mut self: Pin<&mut Self>, context: &mut Context<'_>, slices: &[io::IoSlice<'_>]) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write_vectored(context, slices)
+        let polled = Pin::new(&mut self.stream).poll_write_vectored(context, slices);
+        self.progress.note(&polled, false);
+        polled
     }
 
     fn is_write_vectored(&self) -> bool {
@@ -293,7 +330,7 @@ impl http_body::Body for Arriving {
     }
 }
 
-/// The body of an answer; notes when it is sent.
+/// The body of an answer; notes when the connection has all of it.
 struct Sent {
     body: Body,
     progress: Progress,
@@ -301,7 +338,7 @@ struct Sent {
 
 impl Drop for Sent {
     fn drop(&mut self) {
-        self.progress.enter(Phase::Idle);
+        self.progress.state().handed = true;
     }
 }
 
@@ -319,5 +356,54 @@ impl http_body::Body for Sent {
 
     fn size_hint(&self) -> SizeHint {
         self.body.size_hint()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::routing::get;
+    use tokio::io::{DuplexStream, duplex};
+    use tokio::time::sleep;
+
+    use super::*;
+
+    const LONG: usize = 100_000;
+
+    /// A connection that holds few bytes on their way, to a service that has much to say; the client's end of it.
+    fn connected(answer: Duration) -> (DuplexStream, watch::Sender<Stage>, Arc<Metrics>) {
+        let (client, server) = duplex(1_000);
+        let (stage, follow) = watch::channel(Stage::Serving);
+        let metrics = Arc::new(Metrics::default());
+        let counted = metrics.clone();
+        let router = Router::new().route("/", get(|| async { "x".repeat(LONG) }));
+        let times = Times { head: Duration::from_secs(60), answer, idle: Duration::from_secs(60) };
+        tokio::spawn(async move { serve(server, router, times, follow, &counted).await });
+        (client, stage, metrics)
+    }
+
+    const REQUEST: &[u8] = b"GET / HTTP/1.1\r\nHost: a\r\n\r\n";
+
+    #[tokio::test]
+    async fn an_answer_on_its_way_is_sent_to_its_end_while_the_service_stops() {
+        let (mut client, stage, _) = connected(Duration::from_secs(60));
+        client.write_all(REQUEST).await.unwrap();
+        client.read_exact(&mut [0; 1_000]).await.unwrap();
+        stage.send(Stage::Draining).unwrap();
+        sleep(2 * PARTING).await;
+        let mut rest = Vec::new();
+        client.read_to_end(&mut rest).await.unwrap();
+        assert!(rest.len() + 1_000 > LONG, "{}", rest.len());
+    }
+
+    #[tokio::test]
+    async fn who_sends_on_and_reads_nothing_is_closed() {
+        let (mut client, _stage, metrics) = connected(Duration::from_millis(200));
+        // The service stops reading where it cannot send.
+        let _ = client.write_all(&REQUEST.repeat(100)).await;
+        sleep(Duration::from_secs(1)).await;
+        let mut got = Vec::new();
+        client.read_to_end(&mut got).await.unwrap();
+        assert!(got.len() < 2_000, "closed before it read anything: {}", got.len());
+        assert_eq!(metrics.closed.get_or_create(&Because { reason: Reason::answer }).get(), 1);
     }
 }
