@@ -15,7 +15,7 @@ use tokio::time::{sleep, timeout};
 use tokio_rustls::TlsAcceptor;
 
 use super::Stage;
-use super::connection::{self, Times};
+use super::connection::{self, PARTING, Times};
 use crate::config::Config;
 use crate::http::error::Problem;
 use crate::http::service::Service;
@@ -24,19 +24,32 @@ use crate::metrics::{Metrics, Reason};
 /// Connections beyond the limit that are told so at the same time; others are closed without a word.
 const TURNED_AWAY: usize = 64;
 
+/// Connections that the system may have taken for us and that are still served when draining begins.
+const WAITING: usize = 4_096;
+
 /// Takes connections on one address.
 pub struct Listener {
     socket: TcpListener,
+    host: Host,
+}
+
+/// What a connection meets.
+struct Host {
     router: Router,
     tls: Option<TlsAcceptor>,
     metrics: Arc<Metrics>,
     times: Times,
     most: usize,
+    places: Arc<Semaphore>,
+    turned_away: Arc<Semaphore>,
 }
 
 impl Listener {
     pub fn new(socket: TcpListener, router: Router, tls: Option<TlsAcceptor>, service: &Service, config: &Config) -> Self {
-        Listener { socket, router, tls, metrics: service.metrics.clone(), times: Times::of(config), most: config.connections }
+        let most = config.connections;
+        let (places, turned_away) = (Arc::new(Semaphore::new(most)), Arc::new(Semaphore::new(TURNED_AWAY)));
+        let host = Host { router, tls, metrics: service.metrics.clone(), times: Times::of(config), most, places, turned_away };
+        Listener { socket, host }
     }
 
     pub fn address(&self) -> io::Result<SocketAddr> {
@@ -45,43 +58,55 @@ impl Listener {
 
     /// Takes connections until draining begins, then waits until all have ended.
     pub async fn run(self, stage: watch::Receiver<Stage>) {
-        let places = Arc::new(Semaphore::new(self.most));
-        let turned_away = Arc::new(Semaphore::new(TURNED_AWAY));
+        let Listener { socket, host } = self;
         let mut draining = stage.clone();
         loop {
             let accepted = tokio::select! {
                 _ = draining.wait_for(|stage| *stage == Stage::Draining) => break,
-                accepted = self.socket.accept() => accepted,
+                accepted = socket.accept() => accepted,
             };
-            let stream = match accepted {
-                Ok((stream, _)) => stream,
-                Err(error) => {
-                    recover(&error).await;
-                    continue;
-                }
-            };
-            // Answers are written whole: waiting for more to send only delays them.
-            let _ = stream.set_nodelay(true);
-            if let Ok(place) = places.clone().try_acquire_owned() {
-                let serving = self.connection(stream, stage.clone());
-                tokio::spawn(async move {
-                    serving.await;
-                    drop(place);
-                });
-            } else {
-                self.metrics.shed(Reason::connections);
-                if let Ok(place) = turned_away.clone().try_acquire_owned() {
-                    tokio::spawn(async move {
-                        let _ = timeout(Duration::from_secs(1), turn_away(stream)).await;
-                        drop(place);
-                    });
-                }
+            match accepted {
+                Ok((stream, _)) => host.take(stream, &stage),
+                Err(error) => recover(&error).await,
             }
         }
-        drop(self.socket);
+        // The system has connected them: closing the socket would break them off.
+        if let Ok(socket) = socket.into_std() {
+            let waiting = std::iter::from_fn(|| socket.accept().ok()).take(WAITING);
+            waiting.filter_map(|(stream, _)| adopt(stream).ok()).for_each(|stream| host.take(stream, &stage));
+        }
         // Every place is free when every connection has ended.
-        let all = u32::try_from(self.most).unwrap_or(u32::MAX);
-        let _ = places.acquire_many(all).await;
+        let all = u32::try_from(host.most).unwrap_or(u32::MAX);
+        let _ = host.places.acquire_many(all).await;
+    }
+}
+
+/// A connection taken from the system's own queue.
+fn adopt(stream: std::net::TcpStream) -> io::Result<TcpStream> {
+    stream.set_nonblocking(true)?;
+    TcpStream::from_std(stream)
+}
+
+impl Host {
+    /// Serves a connection on a task of its own, or tells it that there are too many.
+    fn take(&self, stream: TcpStream, stage: &watch::Receiver<Stage>) {
+        // Answers are written whole: waiting for more to send only delays them.
+        let _ = stream.set_nodelay(true);
+        if let Ok(place) = self.places.clone().try_acquire_owned() {
+            let serving = self.connection(stream, stage.clone());
+            tokio::spawn(async move {
+                serving.await;
+                drop(place);
+            });
+            return;
+        }
+        self.metrics.shed(Reason::connections);
+        if let Ok(place) = self.turned_away.clone().try_acquire_owned() {
+            tokio::spawn(async move {
+                let _ = timeout(Duration::from_secs(1), turn_away(stream)).await;
+                drop(place);
+            });
+        }
     }
 
     /// Serves one connection to its end.
@@ -93,7 +118,16 @@ impl Listener {
                 None => connection::serve(stream, router, times, stage, &metrics).await,
                 // A handshake that fails or takes too long is no connection.
                 Some(tls) => {
-                    if let Ok(Ok(stream)) = timeout(times.head, tls.accept(stream)).await {
+                    let mut draining = stage.clone();
+                    let parting = async {
+                        let _ = draining.wait_for(|stage| *stage == Stage::Draining).await;
+                        sleep(PARTING).await;
+                    };
+                    let shaken = tokio::select! {
+                        shaken = timeout(times.head, tls.accept(stream)) => shaken.ok().and_then(Result::ok),
+                        () = parting => None,
+                    };
+                    if let Some(stream) = shaken {
                         connection::serve(stream, router, times, stage, &metrics).await;
                     }
                 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::http::HeaderValue;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::watch;
 use tokio::time::{interval, sleep, timeout};
 
@@ -53,9 +53,9 @@ impl Server {
         let tls = tls::acceptor(&config)?;
         let origins = origins(&config.cors_origins)?;
         let router = http::router(&service, &origins);
-        let main = Listener::new(bind(config.listen).await?, router, tls, &service, &config);
+        let main = Listener::new(bind(config.listen)?, router, tls, &service, &config);
         let metrics = match config.metrics_listen {
-            Some(address) => Some(Listener::new(bind(address).await?, http::metrics_router(&service), None, &service, &config)),
+            Some(address) => Some(Listener::new(bind(address)?, http::metrics_router(&service), None, &service, &config)),
             None => None,
         };
         Ok(Server { service, config, main, metrics })
@@ -112,8 +112,20 @@ impl Server {
     }
 }
 
-async fn bind(address: SocketAddr) -> Result<TcpListener, String> {
-    TcpListener::bind(address).await.map_err(|error| format!("cannot listen on {address}: {error}"))
+/// Connections that may wait to be taken. Beyond, the system drops their first packet, and the client sends it again a second later.
+const BACKLOG: u32 = 4_096;
+
+fn bind(address: SocketAddr) -> Result<TcpListener, String> {
+    let listening = || {
+        let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+        // A restart takes the address over while connections to the process before linger in the system. Elsewhere than on Unix the
+        // option means another thing.
+        #[cfg(unix)]
+        socket.set_reuseaddr(true)?;
+        socket.bind(address)?;
+        socket.listen(BACKLOG)
+    };
+    listening().map_err(|error: io::Error| format!("cannot listen on {address}: {error}"))
 }
 
 /// Origins as a browser sends them: scheme, host and port, nothing after.
