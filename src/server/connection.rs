@@ -30,8 +30,9 @@ use crate::metrics::{Because, Metrics, Reason};
 const HEAD_BYTES: usize = 32 * 1024;
 const HEADERS: usize = 64;
 /// How long the rest of a request that was answered early is read and thrown away, so that the client reads its answer
-/// before it learns that the connection is closed.
-const LINGER: Duration = Duration::from_secs(1);
+/// before it learns that the connection is closed: in all, and without a byte.
+const LINGER: Duration = Duration::from_secs(5);
+const SILENCE: Duration = Duration::from_secs(1);
 /// How long a connection without a whole request holds up the end of the service.
 pub const PARTING: Duration = Duration::from_millis(500);
 
@@ -221,7 +222,7 @@ where
 pub async fn linger<S: AsyncRead + AsyncWrite + Unpin>(stream: &mut S) -> io::Result<()> {
     stream.shutdown().await?;
     let mut thrown_away = vec![0; 16 * 1024];
-    while stream.read(&mut thrown_away).await? > 0 {}
+    while timeout(SILENCE, stream.read(&mut thrown_away)).await?? > 0 {}
     Ok(())
 }
 
@@ -393,6 +394,17 @@ mod tests {
         let mut rest = Vec::new();
         client.read_to_end(&mut rest).await.unwrap();
         assert!(rest.len() + 1_000 > LONG, "{}", rest.len());
+    }
+
+    #[tokio::test]
+    async fn a_request_that_is_answered_early_may_be_sent_to_its_end() {
+        let (mut client, _stage, _) = connected(Duration::from_secs(60));
+        client.write_all(b"GET / HTTP/1.1\r\nHost: a\r\nContent-Length: 400000\r\n\r\n").await.unwrap();
+        client.read_exact(&mut [0; LONG]).await.unwrap();
+        for _ in 0..4 {
+            sleep(Duration::from_millis(500)).await;
+            client.write_all(&[b' '; LONG]).await.unwrap();
+        }
     }
 
     #[tokio::test]
