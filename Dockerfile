@@ -1,17 +1,26 @@
 # Build: docker build -t springline .
 # Run:   docker run --rm -p 8080:8080 --read-only --cap-drop all springline
+# With podman or buildah: scripts/build-image. scripts/check-image builds it and checks what it promises.
+#
+# The defaults of the service want some 512 MiB. For a container of 64 MiB: --memory 64m --env-file deploy/64-mib.env
 
-ARG BUILDER=rust:1.95-bookworm
+# The full name, for builders that ask which registry a short one means.
+ARG BUILDER=docker.io/library/rust:1.95-bookworm
 
 FROM ${BUILDER} AS build
 WORKDIR /src
 COPY Cargo.toml Cargo.lock ./
 COPY src src
 COPY openapi openapi
-# glibc linked in: the binary needs no file of the image. It resolves no names, so nothing is missed.
-RUN --mount=type=cache,target=/usr/local/cargo/registry \
-    --mount=type=cache,target=/src/target \
-    host=$(rustc -vV | sed -n 's/^host: //p') \
+# glibc linked in: the binary needs no file of the image. Only for --otlp-endpoint does it resolve a name, and for that glibc has what it
+# needs, /etc/hosts and DNS, within itself; the linker warns of it all the same.
+#
+# The caches outlive this build and may have been filled from another checkout. Cargo goes by times, and would take what it built there
+# last for newer than the sources here: so these are touched.
+RUN --mount=type=cache,target=/usr/local/cargo/registry,sharing=locked \
+    --mount=type=cache,id=springline-target,target=/src/target,sharing=locked \
+    touch src/lib.rs src/main.rs \
+    && host=$(rustc -vV | sed -n 's/^host: //p') \
     && RUSTFLAGS="-C target-feature=+crt-static" cargo build --release --locked --target "$host" \
     && cp "target/$host/release/springline" /springline
 
@@ -20,6 +29,7 @@ LABEL org.opencontainers.image.title="springline" \
       org.opencontainers.image.description="Curves with shape parameters, over HTTP" \
       org.opencontainers.image.licenses="MIT OR Apache-2.0"
 COPY --from=build /springline /springline
+# A number, so that an orchestrator can see that it is not root.
 USER 65532:65532
 ENV SPRINGLINE_LISTEN=0.0.0.0:8080
 EXPOSE 8080
