@@ -2,7 +2,7 @@
 # Run:   docker run --rm -p 8080:8080 --read-only --cap-drop all springline
 # With podman or buildah: scripts/build-image. scripts/check-image builds it and checks what it promises.
 #
-# The defaults of the service want some 512 MiB. For a container of 64 MiB: --memory 64m --env-file deploy/64-mib.env
+# With its defaults the service outgrows 64 MiB when large requests come. For so little: --memory 64m --env-file deploy/64-mib.env
 
 # The full name, for builders that ask which registry a short one means.
 ARG BUILDER=docker.io/library/rust:1.95-bookworm
