@@ -229,7 +229,11 @@ pub fn request_validator(api: &Value, path: &str) -> jsonschema::Validator {
 
 /// What an operation answers with when it succeeds.
 pub fn media_type(path: &str) -> &'static str {
-    if path == "/v1/render" { "image/svg+xml" } else { "application/json" }
+    match path {
+        "/v1/render" => "image/svg+xml",
+        "/metrics" => "application/openmetrics-text",
+        _ => "application/json",
+    }
 }
 
 pub fn answer_validator(api: &Value, path: &str) -> jsonschema::Validator {
