@@ -181,7 +181,7 @@ fn overload() {
     let peak = peak(&server, &request, ms(5_000));
     report.plain("peak, requests a second", format!("{peak:.0}"));
 
-    const SENDERS: usize = 64;
+    const SENDERS: usize = 256;
     let time = ms(10_000);
     let between = Duration::from_secs_f64(SENDERS as f64 / (10.0 * peak));
     let replies = Mutex::new(Vec::new());

@@ -196,7 +196,8 @@ where
     let far = || Instant::now() + Duration::from_secs(86_400);
     let mut alarm = pin!(sleep_until(deadline().map_or_else(far, |(when, _)| when)));
     poll_fn(|context| {
-        if let Poll::Ready(ended) = connection.poll_without_shutdown(context) {
+        // Ends when the last answer is sent, and says so to the client.
+        if let Poll::Ready(ended) = Pin::new(&mut *connection).poll(context) {
             return Poll::Ready(ended.map_err(|_| None));
         }
         // Phases change only while the connection is polled. An alarm that rings too early is set again.
@@ -394,6 +395,15 @@ mod tests {
         let mut rest = Vec::new();
         client.read_to_end(&mut rest).await.unwrap();
         assert!(rest.len() + 1_000 > LONG, "{}", rest.len());
+    }
+
+    #[tokio::test]
+    async fn the_last_answer_of_a_connection_is_sent_to_its_end() {
+        let (mut client, _stage, _) = connected(Duration::from_secs(60));
+        client.write_all(b"GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n").await.unwrap();
+        let mut all = Vec::new();
+        client.read_to_end(&mut all).await.unwrap();
+        assert!(all.len() > LONG, "{}", all.len());
     }
 
     #[tokio::test]
