@@ -156,7 +156,7 @@ pub fn write<T: Serialize>(answer: &T, paper: &mut Paper) -> Result<(), Problem>
 /// The same in one piece, for whoever sends it nowhere.
 ///
 /// # Errors
-/// [`Fault::Overflow`], as [`write`].
+/// [`Fault::Overflow`], as [`write()`].
 pub fn to_bytes<T: Serialize>(answer: &T) -> Result<Vec<u8>, Problem> {
     let mut bytes = Vec::new();
     write_to(answer, &mut bytes).map(|()| bytes)

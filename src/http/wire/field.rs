@@ -21,7 +21,7 @@ pub trait Field: DeserializeOwned + Serialize {
     /// Adds the schemas that [`Field::schema`] refers to.
     fn collect(_components: &mut Components) {}
 
-    /// Reads one; lists end at [`ITEMS`].
+    /// Reads one; lists end where no curve is longer.
     ///
     /// # Errors
     /// Whatever is not one.
