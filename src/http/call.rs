@@ -17,9 +17,12 @@ use tokio::time::{Instant, timeout};
 use super::budget::{NoRoom, Reservation};
 use super::error::Problem;
 use super::json;
+use super::negotiate::{self, Form};
 use super::paper::{Paper, SHEET, Sheets};
 use super::pool::Failure;
 use super::service::Service;
+use super::shape::{RAW, Shape};
+use super::wire::raw;
 use crate::core::error::Error;
 use crate::metrics::Reason;
 
@@ -30,6 +33,9 @@ const SMALL: usize = 16 * 1024;
 pub struct Call {
     service: Arc<Service>,
     body: Received,
+    form: Form,
+    headers: HeaderMap,
+    shape: Shape,
     deadline: Instant,
 }
 
@@ -43,7 +49,8 @@ impl FromRequest<Arc<Service>> for Call {
     type Rejection = Problem;
 
     async fn from_request(request: Request, service: &Arc<Service>) -> Result<Self, Problem> {
-        check_media_type(request.headers())?;
+        let form = negotiate::sent(request.headers())?;
+        let shape = negotiate::shape(request.uri().query())?;
         let declared = request.body().size_hint().exact();
         if declared.is_some_and(|bytes| bytes > service.max_body as u64) {
             return Err(too_large(service));
@@ -52,22 +59,11 @@ impl FromRequest<Arc<Service>> for Call {
         if declared.is_none_or(|bytes| bytes > SMALL as u64) && !service.pool.has_room() {
             return Err(refused(service, Reason::queue));
         }
-        let received = timeout(service.body_time, receive(request.into_body(), declared, service)).await;
+        let (head, body) = request.into_parts();
+        let received = timeout(service.body_time, receive(body, declared, service)).await;
         let body = received.map_err(|_| body_too_slow(service))??;
-        Ok(Call { service: service.clone(), body, deadline: Instant::now() + service.deadline })
+        Ok(Call { service: service.clone(), body, form, headers: head.headers, shape, deadline: Instant::now() + service.deadline })
     }
-}
-
-fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
-    let given = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
-    let essence = given.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
-    if essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json")) {
-        return Ok(());
-    }
-    let was =
-        if given.is_empty() { "no Content-Type was sent".to_owned() } else { format!("the Content-Type is {}", json::shortened(given)) };
-    let detail = format!("{was}; send the header Content-Type: application/json");
-    Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
 }
 
 async fn receive(mut body: Body, declared: Option<u64>, service: &Service) -> Result<Received, Problem> {
@@ -123,7 +119,7 @@ fn refused(service: &Service, reason: Reason) -> Problem {
 }
 
 /// How an operation writes its answer.
-type Writer<Answer> = fn(&Answer, &mut Paper) -> Result<(), Problem>;
+type Writer<Answer> = fn(&Answer, Shape, &mut Paper) -> Result<(), Problem>;
 
 impl Call {
     /// Answers with JSON; `is_small` says which requests cost less than handing them to another thread is worth.
@@ -132,7 +128,7 @@ impl Call {
         Request: DeserializeOwned + Send + 'static,
         Answer: Serialize + 'static,
     {
-        self.answer("application/json", operation, is_small, json::write).await
+        self.answer(&["application/json", RAW], operation, is_small, json::write).await
     }
 
     /// Answers with a picture.
@@ -140,16 +136,16 @@ impl Call {
     where
         Request: DeserializeOwned + Send + 'static,
     {
-        let write: Writer<String> = |text, paper| {
+        let write: Writer<String> = |text, _, paper| {
             let mut sheets = text.as_bytes().chunks(SHEET);
             sheets.try_for_each(|sheet| paper.write_all(sheet)).map_err(json::not_written)
         };
-        self.answer("image/svg+xml", operation, |_| false, write).await
+        self.answer(&["image/svg+xml"], operation, |_| false, write).await
     }
 
     async fn answer<Request, Answer>(
-        self,
-        media_type: &'static str,
+        mut self,
+        offered: &[&'static str],
         operation: fn(Request) -> Result<Answer, Error>,
         is_small: fn(&Request) -> bool,
         write: Writer<Answer>,
@@ -158,10 +154,16 @@ impl Call {
         Request: DeserializeOwned + Send + 'static,
         Answer: 'static,
     {
+        let media_type = match negotiate::wanted(&self.headers, offered) {
+            Ok(media_type) => media_type,
+            Err(problem) => return problem.into_response(),
+        };
+        self.shape.raw = media_type == RAW;
         match self.compute(operation, is_small, write).await {
             Ok(sheets) => {
-                let head = [(header::CONTENT_TYPE, HeaderValue::from_static(media_type)), (header::CONTENT_LENGTH, sheets.len().into())];
-                (head, Body::from(sheets)).into_response()
+                let media_type = (header::CONTENT_TYPE, HeaderValue::from_static(media_type));
+                let vary = (header::VARY, HeaderValue::from_static("accept"));
+                ([media_type, vary, (header::CONTENT_LENGTH, sheets.len().into())], Body::from(sheets)).into_response()
             }
             Err(problem) => problem.into_response(),
         }
@@ -177,23 +179,23 @@ impl Call {
         Request: DeserializeOwned + Send + 'static,
         Answer: 'static,
     {
-        let Call { service, body, deadline } = self;
+        let Call { service, body, form, shape, deadline, .. } = self;
         let budget = service.budget.clone();
         let written = move |request: Request| -> Result<Sheets, Problem> {
             let mut paper = Paper::new(&budget);
-            write(&operation(request)?, &mut paper)?;
+            write(&operation(request)?, shape, &mut paper)?;
             Ok(paper.finish())
         };
         let max_depth = service.max_depth;
         let result = if body.bytes.len() > SMALL {
             let job = move || {
-                let request = read(&body.bytes, max_depth);
+                let request = read(&body.bytes, form, max_depth);
                 drop(body);
                 written(request?)
             };
             service.pool.run(deadline, job).await
         } else {
-            let request: Request = read(&body.bytes, max_depth)?;
+            let request: Request = read(&body.bytes, form, max_depth)?;
             if is_small(&request) {
                 catch_unwind(AssertUnwindSafe(|| written(request))).map_err(|_| Failure::Panicked)
             } else {
@@ -208,9 +210,15 @@ impl Call {
     }
 }
 
-fn read<Request: DeserializeOwned>(body: &[u8], max_depth: usize) -> Result<Request, Problem> {
-    json::check_depth(body, max_depth)?;
-    json::from_bytes(body)
+fn read<Request: DeserializeOwned>(body: &[u8], form: Form, max_depth: usize) -> Result<Request, Problem> {
+    let read = |text: &[u8]| {
+        json::check_depth(text, max_depth)?;
+        json::from_bytes(text)
+    };
+    match form {
+        Form::Json => read(body),
+        Form::Raw => raw::read(body, read),
+    }
 }
 
 fn failed(service: &Service, failure: Failure) -> Problem {

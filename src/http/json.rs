@@ -10,6 +10,7 @@ use serde_path_to_error::{Path, Segment};
 
 use super::error::Problem;
 use super::paper::{Paper, Stopped};
+use super::shape::{self, Shape};
 use super::wire::TOO_LONG;
 use crate::core::error::{Error, Fault};
 use crate::core::work::checkpoint;
@@ -149,8 +150,8 @@ fn depth(body: &[u8]) -> usize {
 /// # Errors
 /// [`Fault::Overflow`] where a number is infinite or not a number: JSON has neither, and `null` is no number. What
 /// [`not_written`] says where the paper ends.
-pub fn write<T: Serialize>(answer: &T, paper: &mut Paper) -> Result<(), Problem> {
-    write_to(answer, paper)
+pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Result<(), Problem> {
+    if shape.is_plain() { write_to(answer, paper) } else { shape::write(answer, shape, paper).map_err(|error| not_written(error.0)) }
 }
 
 /// The same in one piece, for whoever sends it nowhere.
@@ -192,7 +193,7 @@ mod tests {
 
     fn written(numbers: &[f64]) -> Result<Vec<u8>, Problem> {
         let mut paper = Paper::new(&Budget::new(0, std::sync::Arc::default()));
-        write(&numbers, &mut paper).map(|()| paper.finish().concat())
+        write(&numbers, Shape::default(), &mut paper).map(|()| paper.finish().concat())
     }
 
     #[test]

@@ -64,6 +64,18 @@ impl Paper {
         Paper { full: VecDeque::new(), sheet: Vec::with_capacity(FIRST), budget: budget.clone(), reservation: None }
     }
 
+    /// Another blank sheet, paid from the same budget.
+    pub fn sibling(&self) -> Self {
+        Paper::new(&self.budget)
+    }
+
+    /// Adds a finished text at the end.
+    pub fn append(&mut self, sheets: Sheets) {
+        let text = std::mem::take(&mut self.sheet);
+        self.full.push_back(Bytes::from_owner(Held { text, _reservation: self.reservation.take() }));
+        self.full.extend(sheets.sheets);
+    }
+
     /// Puts the full sheet away and takes a blank one that is paid for.
     fn turn(&mut self) -> Result<(), Stopped> {
         work::checkpoint().map_err(|_| Stopped::Cancelled)?;

@@ -2,11 +2,13 @@
 
 use std::marker::PhantomData;
 
-use serde::de::{DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeOwned, Error as _, DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
 
+use super::raw;
 use crate::core::error::{Error, Fault};
 use crate::core::limits;
 
@@ -27,6 +29,11 @@ pub trait Field: DeserializeOwned + Serialize {
     /// Whatever is not one.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Self::deserialize(deserializer)
+    }
+
+    /// Such values as rows of raw numbers, where a request may have them: those beginning at `start`.
+    fn from_raw(_rows: raw::Rows) -> Option<Vec<Self>> {
+        None
     }
 }
 
@@ -61,6 +68,10 @@ pub fn read_value<'de, T: Field, A: MapAccess<'de>>(map: &mut A) -> Result<T, A:
 impl Field for f64 {
     fn schema() -> RefOr<Schema> {
         number().into()
+    }
+
+    fn from_raw(rows: raw::Rows) -> Option<Vec<f64>> {
+        rows.numbers()
     }
 }
 
@@ -110,8 +121,12 @@ impl<T: Field> Field for Vec<T> {
                 }
                 Ok(items)
             }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Vec<T>, A::Error> {
+                T::from_raw(raw::rows(map)?).ok_or_else(|| A::Error::custom("expected an array, or raw numbers in rows that fit"))
+            }
         }
-        deserializer.deserialize_seq(List(PhantomData))
+        raw::deserialize_list(deserializer, List(PhantomData))
     }
 }
 
@@ -197,7 +212,9 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Tuple<T, N> 
 
 impl<T: Serialize, const N: usize> Serialize for Tuple<T, N> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.0.as_slice().serialize(serializer)
+        let mut tuple = serializer.serialize_tuple(N)?;
+        self.0.iter().try_for_each(|value| tuple.serialize_element(value))?;
+        tuple.end()
     }
 }
 

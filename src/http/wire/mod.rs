@@ -9,6 +9,7 @@ mod curve;
 mod field;
 mod object;
 mod points;
+pub mod raw;
 mod report;
 mod rules;
 mod surface;

@@ -2,13 +2,14 @@
 
 use std::fmt;
 
-use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
 
 use super::field::{Components, Field, ITEMS, number, too_long};
+use super::raw;
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
 use crate::core::work::Pace;
@@ -192,8 +193,14 @@ impl<'de> Deserialize<'de> for Points {
                     None => Ok(Points::Plane(Vec::new())),
                 }
             }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Points, A::Error> {
+                let rows = raw::rows(map)?;
+                let points = rows.points().map(Points::Plane).or_else(|| rows.points().map(Points::Space));
+                points.ok_or_else(|| A::Error::custom("expected raw points of 2 or 3 columns"))
+            }
         }
-        deserializer.deserialize_seq(PointsVisitor)
+        raw::deserialize_list(deserializer, PointsVisitor)
     }
 }
 

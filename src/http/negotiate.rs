@@ -1,0 +1,139 @@
+//! What a client sends and wants: media types, and the shape of numbers.
+
+use axum::http::{HeaderMap, StatusCode, header};
+
+use super::error::Problem;
+use super::json::shortened;
+use super::shape::{Layout, Precision, RAW, Shape};
+
+/// How a body is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// As JSON.
+    Json,
+    /// In the raw format.
+    Raw,
+}
+
+/// The form of the body, by its `Content-Type`.
+///
+/// # Errors
+/// Status 415.
+pub fn sent(headers: &HeaderMap) -> Result<Form, Problem> {
+    let given = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
+    let essence = essence(given);
+    if essence == RAW {
+        return Ok(Form::Raw);
+    }
+    if essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json")) {
+        return Ok(Form::Json);
+    }
+    let was = if given.is_empty() { "no Content-Type was sent".to_owned() } else { format!("the Content-Type is {}", shortened(given)) };
+    let detail = format!("{was}; send the header Content-Type: application/json, or {RAW} for the raw format");
+    Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
+}
+
+fn essence(media_type: &str) -> String {
+    media_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase()
+}
+
+/// Which of the media types offered, the first preferred, `Accept` likes best (RFC 9110 section 12.5.1).
+///
+/// # Errors
+/// Status 406.
+pub fn wanted(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static str, Problem> {
+    let lists: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
+    let ranges: Vec<(String, f64)> = lists.iter().flat_map(|list| list.split(',')).map(range).collect();
+    let quality = |offer: &str| {
+        let fits = |range: &str| if range == offer { 3 } else if range == "*/*" { 1 } else { 2 * usize::from(range.strip_suffix('*').is_some_and(|kind| kind.ends_with('/') && offer.starts_with(kind))) };
+        let best = ranges.iter().map(|(range, quality)| (fits(range), *quality)).filter(|(fit, _)| *fit > 0);
+        best.max_by_key(|(fit, _)| *fit).map_or(0.0, |(_, quality)| quality)
+    };
+    let first = *offered.first().unwrap_or(&"application/json");
+    if ranges.is_empty() {
+        return Ok(first);
+    }
+    // The last of equals by `max_by` is the first offered.
+    let best = offered.iter().rev().copied().max_by(|a, b| quality(a).total_cmp(&quality(b)));
+    best.filter(|offer| quality(offer) > 0.0).ok_or_else(|| {
+        let detail = format!("Accept is {}; this operation answers with {}", shortened(&lists.join(", ")), offered.join(" or "));
+        Problem::new(StatusCode::NOT_ACCEPTABLE, "not_acceptable", "Nothing acceptable to answer with", detail)
+    })
+}
+
+/// A media range and its quality.
+fn range(text: &str) -> (String, f64) {
+    let quality = text.split(';').skip(1).find_map(|parameter| parameter.trim().strip_prefix("q=")?.parse().ok());
+    (essence(text), quality.unwrap_or(1.0))
+}
+
+/// The shape of numbers that the query of the address asks for: `precision` and `layout`.
+///
+/// # Errors
+/// Status 400: a parameter that is unknown, given twice or has another value.
+pub fn shape(query: Option<&str>) -> Result<Shape, Problem> {
+    let mut shape = Shape::default();
+    let mut seen = Vec::new();
+    for part in query.unwrap_or("").split('&').filter(|part| !part.is_empty()) {
+        let (key, value) = part.split_once('=').unwrap_or((part, ""));
+        match (key, value) {
+            ("precision", "full") => shape.precision = Precision::Full,
+            ("precision", "single") => shape.precision = Precision::Single,
+            ("precision", digits) => shape.precision = digits_of(digits)?,
+            ("layout", "nested") => shape.layout = Layout::Nested,
+            ("layout", "flat") => shape.layout = Layout::Flat,
+            ("layout", _) => return Err(refused(&format!("layout is {}; allowed is nested or flat", shortened(value)))),
+            _ => return Err(refused(&format!("{} is unknown; the parameters are precision and layout", shortened(key)))),
+        }
+        if seen.contains(&key) {
+            return Err(refused(&format!("{key} is given twice")));
+        }
+        seen.push(key);
+    }
+    Ok(shape)
+}
+
+fn digits_of(text: &str) -> Result<Precision, Problem> {
+    let digits = text.parse().ok().filter(|digits| (1..=17).contains(digits));
+    digits.map(Precision::Digits).ok_or_else(|| refused(&format!("precision is {}; allowed is full, single, or 1 to 17 digits", shortened(text))))
+}
+
+fn refused(what: &str) -> Problem {
+    Problem::new(StatusCode::BAD_REQUEST, "bad_query", "A parameter of the address is wrong", what)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOTH: [&str; 2] = ["application/json", RAW];
+
+    fn choice(accept: &str) -> Option<&'static str> {
+        let headers = HeaderMap::from_iter([(header::ACCEPT, accept.parse().unwrap())]);
+        wanted(&headers, &BOTH).ok()
+    }
+
+    #[test]
+    fn the_best_liked_is_chosen() {
+        assert_eq!(wanted(&HeaderMap::new(), &BOTH).unwrap(), "application/json");
+        for accept in ["*/*", "application/*", "text/html, */*;q=0.1", "application/json", "application/vnd.springline.f64;q=0.5, application/json"] {
+            assert_eq!(choice(accept), Some("application/json"), "{accept}");
+        }
+        for accept in [RAW, "application/vnd.springline.f64, application/json;q=0.9", "Application/Vnd.Springline.F64", "application/json;q=0, */*"] {
+            assert_eq!(choice(accept), Some(RAW), "{accept}");
+        }
+        for accept in ["text/html", "application/json;q=0", "image/*"] {
+            assert_eq!(choice(accept), None, "{accept}");
+        }
+    }
+
+    #[test]
+    fn parameters_are_known_and_single() {
+        assert!(shape(None).unwrap().is_plain());
+        assert_eq!(shape(Some("precision=6&layout=flat")).unwrap(), Shape { precision: Precision::Digits(6), layout: Layout::Flat, raw: false });
+        assert_eq!(shape(Some("precision=single")).unwrap().precision, Precision::Single);
+        for query in ["precision=0", "precision=18", "precision=", "layout=round", "digits=3", "layout=flat&layout=flat"] {
+            assert!(shape(Some(query)).is_err(), "{query}");
+        }
+    }
+}
