@@ -3,6 +3,7 @@
 //! - [`core`]: the mathematics; knows nothing of HTTP or JSON.
 //! - [`http`]: the edge: routes, what the JSON looks like, errors, the specification.
 //! - [`server`]: runs the service on a listener until it is told to stop.
+//! - [`offline`]: the same operations without a server.
 //! - [`config`]: the settings.
 //! - [`metrics`], [`logs`], [`traces`]: what an operator sees.
 //! - [`healthcheck`]: asks a running service whether it is alive.
@@ -13,5 +14,6 @@ pub mod healthcheck;
 pub mod http;
 pub mod logs;
 pub mod metrics;
+pub mod offline;
 pub mod server;
 pub mod traces;

@@ -2,13 +2,14 @@
 
 use std::error::Error;
 use std::ffi::OsString;
+use std::io::{BufReader, BufWriter, stdin, stdout};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use springline::config::{self, Config};
 use springline::server::{Server, Signals};
-use springline::{healthcheck, http, logs};
+use springline::{healthcheck, http, logs, offline};
 
 /// Curves with shape parameters, over HTTP
 #[derive(Parser)]
@@ -28,6 +29,11 @@ enum Command {
     Openapi,
     /// Print the effective settings, as a file that would set them
     Config,
+    /// Answer a batch: lines of JSON from standard input to standard output
+    Batch,
+    /// Any operation by its name (evaluate, surfaces/evaluate, ...): a request from standard input, its answer to standard output
+    #[command(external_subcommand)]
+    Operation(Vec<OsString>),
     /// Ask the service on the configured address whether it is alive
     Healthcheck,
 }
@@ -41,6 +47,8 @@ fn main() -> ExitCode {
             print!("{}", config.to_toml());
             Ok(())
         }
+        Some(Command::Batch) => batch().map_err(Into::into),
+        Some(Command::Operation(words)) => operation(&words).map_err(Into::into),
         Some(Command::Healthcheck) => healthcheck::check(&config).map_err(Into::into),
     };
     match result {
@@ -80,6 +88,20 @@ fn serve(config: Config) -> Result<(), Box<dyn Error>> {
     });
     runtime.shutdown_timeout(Duration::ZERO);
     result
+}
+
+/// Standard input, if it is a file, has a size.
+fn batch() -> std::io::Result<()> {
+    let total = std::fs::metadata("/dev/stdin").ok().filter(std::fs::Metadata::is_file).map(|file| file.len());
+    let input = BufReader::with_capacity(1 << 20, stdin().lock());
+    offline::batch(input, BufWriter::with_capacity(1 << 20, stdout().lock()), total)
+}
+
+fn operation(words: &[OsString]) -> Result<(), String> {
+    match words {
+        [name] => offline::operation(&name.to_string_lossy(), stdin().lock(), stdout().lock()),
+        _ => Err("an operation reads its request from standard input and takes nothing after its name".into()),
+    }
 }
 
 fn print_openapi() -> Result<(), Box<dyn Error>> {

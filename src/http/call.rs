@@ -221,7 +221,8 @@ fn read<Request: DeserializeOwned>(body: &[u8], form: Form, max_depth: usize) ->
     }
 }
 
-fn failed(service: &Service, failure: Failure) -> Problem {
+/// The problem of a computation without a result; counts it.
+pub(super) fn failed(service: &Service, failure: Failure) -> Problem {
     match failure {
         Failure::Full => refused(service, Reason::queue),
         Failure::Deadline => {

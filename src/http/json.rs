@@ -118,7 +118,7 @@ fn pointer(path: &Path) -> String {
 /// # Errors
 /// Status 413.
 pub fn check_depth(body: &[u8], most: usize) -> Result<(), Problem> {
-    if most >= PARSER_DEPTH || depth(body) <= most {
+    if most >= MAX_DEPTH || depth(body) <= most {
         return Ok(());
     }
     let detail = format!("the JSON is nested deeper than {most} levels");
@@ -126,7 +126,7 @@ pub fn check_depth(body: &[u8], most: usize) -> Result<(), Problem> {
 }
 
 /// What the parser itself allows.
-const PARSER_DEPTH: usize = 127;
+pub const MAX_DEPTH: usize = 127;
 
 /// How deep brackets nest, those in strings left out.
 fn depth(body: &[u8]) -> usize {

@@ -1,6 +1,7 @@
 //! The edge: routes, middleware and the specification, each on one screen.
 
 pub mod basis;
+pub mod batch;
 pub mod budget;
 pub mod call;
 pub mod continuity;
@@ -13,8 +14,10 @@ pub mod interpolate;
 pub mod join;
 pub mod json;
 pub mod keys;
+pub mod lines;
 pub mod negotiate;
 pub mod observe;
+pub mod operations;
 pub mod paper;
 pub mod pool;
 pub mod render;
@@ -100,6 +103,7 @@ pub const OPERATIONS: &[(&str, &[Example])] = &[
         (name = "Curves", description = "From a curve."),
         (name = "Points", description = "From points."),
         (name = "Surfaces", description = "From a tensor-product surface."),
+        (name = "Many", description = "Many operations at once."),
         (name = "Service", description = "About the service itself.")
     )
 )]
@@ -122,6 +126,7 @@ fn routes() -> OpenApiRouter<Arc<Service>> {
         .routes(routes!(surface_subdivide::post))
         .routes(routes!(surface_tessellate::post))
         .routes(routes!(render::post))
+        .routes(routes!(batch::post))
         .routes(routes!(health::live))
         .routes(routes!(health::ready))
         .routes(routes!(health::metrics))

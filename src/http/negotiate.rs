@@ -45,7 +45,15 @@ pub fn wanted(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static 
     let lists: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
     let ranges: Vec<(String, f64)> = lists.iter().flat_map(|list| list.split(',')).map(range).collect();
     let quality = |offer: &str| {
-        let fits = |range: &str| if range == offer { 3 } else if range == "*/*" { 1 } else { 2 * usize::from(range.strip_suffix('*').is_some_and(|kind| kind.ends_with('/') && offer.starts_with(kind))) };
+        let fits = |range: &str| {
+            if range == offer {
+                3
+            } else if range == "*/*" {
+                1
+            } else {
+                2 * usize::from(range.strip_suffix('*').is_some_and(|kind| kind.ends_with('/') && offer.starts_with(kind)))
+            }
+        };
         let best = ranges.iter().map(|(range, quality)| (fits(range), *quality)).filter(|(fit, _)| *fit > 0);
         best.max_by_key(|(fit, _)| *fit).map_or(0.0, |(_, quality)| quality)
     };
@@ -95,7 +103,9 @@ pub fn shape(query: Option<&str>) -> Result<Shape, Problem> {
 
 fn digits_of(text: &str) -> Result<Precision, Problem> {
     let digits = text.parse().ok().filter(|digits| (1..=17).contains(digits));
-    digits.map(Precision::Digits).ok_or_else(|| refused(&format!("precision is {}; allowed is full, single, or 1 to 17 digits", shortened(text))))
+    digits
+        .map(Precision::Digits)
+        .ok_or_else(|| refused(&format!("precision is {}; allowed is full, single, or 1 to 17 digits", shortened(text))))
 }
 
 fn refused(what: &str) -> Problem {
@@ -116,10 +126,14 @@ mod tests {
     #[test]
     fn the_best_liked_is_chosen() {
         assert_eq!(wanted(&HeaderMap::new(), &BOTH).unwrap(), "application/json");
-        for accept in ["*/*", "application/*", "text/html, */*;q=0.1", "application/json", "application/vnd.springline.f64;q=0.5, application/json"] {
+        for accept in
+            ["*/*", "application/*", "text/html, */*;q=0.1", "application/json", "application/vnd.springline.f64;q=0.5, application/json"]
+        {
             assert_eq!(choice(accept), Some("application/json"), "{accept}");
         }
-        for accept in [RAW, "application/vnd.springline.f64, application/json;q=0.9", "Application/Vnd.Springline.F64", "application/json;q=0, */*"] {
+        for accept in
+            [RAW, "application/vnd.springline.f64, application/json;q=0.9", "Application/Vnd.Springline.F64", "application/json;q=0, */*"]
+        {
             assert_eq!(choice(accept), Some(RAW), "{accept}");
         }
         for accept in ["text/html", "application/json;q=0", "image/*"] {
@@ -130,7 +144,10 @@ mod tests {
     #[test]
     fn parameters_are_known_and_single() {
         assert!(shape(None).unwrap().is_plain());
-        assert_eq!(shape(Some("precision=6&layout=flat")).unwrap(), Shape { precision: Precision::Digits(6), layout: Layout::Flat, raw: false });
+        assert_eq!(
+            shape(Some("precision=6&layout=flat")).unwrap(),
+            Shape { precision: Precision::Digits(6), layout: Layout::Flat, raw: false }
+        );
         assert_eq!(shape(Some("precision=single")).unwrap().precision, Precision::Single);
         for query in ["precision=0", "precision=18", "precision=", "layout=round", "digits=3", "layout=flat&layout=flat"] {
             assert!(shape(Some(query)).is_err(), "{query}");

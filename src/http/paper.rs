@@ -52,7 +52,7 @@ impl AsRef<[u8]> for Held {
 }
 
 /// A finished text; the body of an answer.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Sheets {
     sheets: VecDeque<Bytes>,
     left: u64,
@@ -74,6 +74,18 @@ impl Paper {
         let text = std::mem::take(&mut self.sheet);
         self.full.push_back(Bytes::from_owner(Held { text, _reservation: self.reservation.take() }));
         self.full.extend(sheets.sheets);
+    }
+
+    /// Adds a finished text at the end: short ones are copied, so that a long text of short ones is not sent in scraps.
+    ///
+    /// # Errors
+    /// As writing.
+    pub fn take(&mut self, sheets: Sheets) -> io::Result<()> {
+        if sheets.len() > (SHEET / 4) as u64 {
+            self.append(sheets);
+            return Ok(());
+        }
+        sheets.sheets.iter().try_for_each(|sheet| io::Write::write_all(self, sheet))
     }
 
     /// Puts the full sheet away and takes a blank one that is paid for.
@@ -127,9 +139,24 @@ impl Sheets {
         self.left == 0
     }
 
+    /// Adds another text at the end.
+    pub fn extend(&mut self, other: Sheets) {
+        self.left += other.left;
+        self.sheets.extend(other.sheets);
+    }
+
     /// The text in one piece.
     pub fn concat(&self) -> Vec<u8> {
         self.sheets.iter().flat_map(|sheet| sheet.iter().copied()).collect()
+    }
+}
+
+impl IntoIterator for Sheets {
+    type Item = Bytes;
+    type IntoIter = std::collections::vec_deque::IntoIter<Bytes>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.sheets.into_iter()
     }
 }
 

@@ -66,6 +66,11 @@ impl Pool {
         Ok(Pool { threads, admitted: Arc::default(), most: workers + queue, metrics })
     }
 
+    /// How many computations run at once.
+    pub fn workers(&self) -> usize {
+        self.threads.current_num_threads()
+    }
+
     /// Whether one more computation would be admitted now.
     pub fn has_room(&self) -> bool {
         self.admitted.load(Ordering::Relaxed) < self.most

@@ -207,7 +207,10 @@ struct List<'a, 'b> {
 enum Kind {
     Empty,
     /// Numbers, from here on among the raw ones; so many to a row, 0 for plain numbers.
-    Raw { start: usize, columns: usize },
+    Raw {
+        start: usize,
+        columns: usize,
+    },
     /// Coordinates one after the other.
     Flat,
     /// Whatever it is, as JSON.
@@ -257,7 +260,12 @@ impl List<'_, '_> {
     /// What the list is, by its first entry; begins it.
     fn decide<T: ?Sized + Serialize>(&mut self, first: &T) -> Result<Kind, Unwritten> {
         let mut count = 0;
-        let columns = first.serialize(Numbers { each: &mut |_| { count += 1; Ok(()) } });
+        let columns = first.serialize(Numbers {
+            each: &mut |_| {
+                count += 1;
+                Ok(())
+            },
+        });
         let kind = match (columns, self.writer.shape) {
             (Ok(columns), Shape { raw: true, .. }) => return Ok(Kind::Raw { start: self.writer.count, columns }),
             (Ok(1..), Shape { layout: Layout::Flat, .. }) => Kind::Flat,
@@ -315,16 +323,34 @@ macro_rules! refuse_compounds {
         fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeTupleStruct, Unwritten> {
             other()
         }
-        fn serialize_tuple_variant(self, _: &'static str, _: u32, _: &'static str, _: usize) -> Result<Self::SerializeTupleVariant, Unwritten> {
+        fn serialize_tuple_variant(
+            self,
+            _: &'static str,
+            _: u32,
+            _: &'static str,
+            _: usize,
+        ) -> Result<Self::SerializeTupleVariant, Unwritten> {
             other()
         }
         fn serialize_map(self, _: Option<usize>) -> Result<Self::SerializeMap, Unwritten> {
             other()
         }
-        fn serialize_struct_variant(self, _: &'static str, _: u32, _: &'static str, _: usize) -> Result<Self::SerializeStructVariant, Unwritten> {
+        fn serialize_struct_variant(
+            self,
+            _: &'static str,
+            _: u32,
+            _: &'static str,
+            _: usize,
+        ) -> Result<Self::SerializeStructVariant, Unwritten> {
             other()
         }
-        fn serialize_newtype_variant<T: ?Sized + Serialize>(self, _: &'static str, _: u32, _: &'static str, _: &T) -> Result<$ok, Unwritten> {
+        fn serialize_newtype_variant<T: ?Sized + Serialize>(
+            self,
+            _: &'static str,
+            _: u32,
+            _: &'static str,
+            _: &T,
+        ) -> Result<$ok, Unwritten> {
             other()
         }
     };
@@ -339,9 +365,9 @@ impl<'a> ser::Serializer for Numbers<'a> {
 
     refuse_compounds!(usize);
     refuse! { usize; serialize_bool(bool) serialize_i8(i8) serialize_i16(i16) serialize_i32(i32) serialize_i64(i64) serialize_u8(u8)
-        serialize_u16(u16) serialize_u32(u32) serialize_u64(u64) serialize_f32(f32) serialize_char(char) serialize_str(&str)
-        serialize_bytes(&[u8]) serialize_none() serialize_unit() serialize_unit_struct(&'static str)
-        serialize_unit_variant(&'static str, u32, &'static str) }
+    serialize_u16(u16) serialize_u32(u32) serialize_u64(u64) serialize_f32(f32) serialize_char(char) serialize_str(&str)
+    serialize_bytes(&[u8]) serialize_none() serialize_unit() serialize_unit_struct(&'static str)
+    serialize_unit_variant(&'static str, u32, &'static str) }
 
     fn serialize_f64(self, value: f64) -> Result<usize, Unwritten> {
         (self.each)(value).map(|()| 0)
@@ -419,7 +445,7 @@ impl<'a, 'b> ser::Serializer for &'a mut Writer<'b> {
 
     refuse_compounds!(());
     refuse! { (); serialize_i8(i8) serialize_i16(i16) serialize_u8(u8) serialize_u16(u16) serialize_f32(f32) serialize_char(char)
-        serialize_bytes(&[u8]) serialize_none() serialize_unit() serialize_unit_struct(&'static str) }
+    serialize_bytes(&[u8]) serialize_none() serialize_unit() serialize_unit_struct(&'static str) }
 
     fn serialize_bool(self, value: bool) -> Result<(), Unwritten> {
         self.json(&value)

@@ -24,6 +24,7 @@ use tower::ServiceExt;
 
 use super::Stage;
 use crate::config::Config;
+use crate::http::batch::Streaming;
 use crate::metrics::{Because, Metrics, Reason};
 
 /// The largest head of a request, in bytes and in headers.
@@ -54,8 +55,8 @@ impl Times {
             Phase::Head => Some((self.head, Reason::head)),
             Phase::Idle => Some((self.idle, Reason::idle)),
             Phase::Answer => Some((self.answer, Reason::answer)),
-            // The body and the computation have limits of their own.
-            Phase::Request => None,
+            // The body and the computation have limits of their own; a stream goes on while both sides do.
+            Phase::Request | Phase::Stream => None,
         }
     }
 }
@@ -69,6 +70,8 @@ enum Phase {
     Request,
     /// The client takes the answer.
     Answer,
+    /// The client sends and takes line by line.
+    Stream,
     /// Between requests.
     Idle,
 }
@@ -295,7 +298,8 @@ impl Service<Request<Incoming>> for Handler {
         Box::pin(async move {
             let arriving = |body| Body::new(Arriving { body, progress: progress.clone() });
             let mut response = router.oneshot(request.map(arriving)).await?;
-            progress.enter(Phase::Answer);
+            let is_stream = response.extensions().get::<Streaming>().is_some();
+            progress.enter(if is_stream { Phase::Stream } else { Phase::Answer });
             // After a body that nobody reads, no further request can be told from its rest.
             if *stage.borrow() != Stage::Serving || progress.state().unread {
                 response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));

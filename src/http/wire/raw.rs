@@ -22,7 +22,8 @@ thread_local! {
 /// Status 400: not the raw format; and whatever `read` refuses, lines and columns counted in the header.
 pub fn read<T>(body: &[u8], read: impl FnOnce(&[u8]) -> Result<T, Problem>) -> Result<T, Problem> {
     let (header, numbers) = split(body).ok_or_else(|| {
-        let detail = "the body is not the raw format: 16 bytes with the magic SPRLINE1 and the length of the header, the header, numbers of 8 bytes";
+        let detail =
+            "the body is not the raw format: 16 bytes with the magic SPRLINE1 and the length of the header, the header, numbers of 8 bytes";
         Problem::new(StatusCode::BAD_REQUEST, "not_raw", "The body is not in the raw format", detail)
     })?;
     /// Leaves no numbers behind, after a panic neither.

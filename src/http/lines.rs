@@ -1,0 +1,228 @@
+//! Batches: one operation a line in, one answer a line out, in the same order.
+
+use std::borrow::Cow;
+use std::io::Write;
+use std::sync::Arc;
+
+use axum::http::StatusCode;
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+
+use super::budget::Budget;
+use super::error::Problem;
+use super::json::{self, shortened};
+use super::operations::{self, BY_NAME};
+use super::paper::{Paper, Sheets};
+use super::shape::Shape;
+
+/// Lines that are computed together: a part of a batch large enough that handing it to another thread costs nothing.
+pub const PART_BYTES: usize = 32 * 1024;
+/// And not more of them, so that a part is soon done.
+pub const PART_LINES: usize = 128;
+
+/// One line of a batch.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Line<'a> {
+    #[serde(default)]
+    id: Option<Id>,
+    #[serde(borrow)]
+    op: Cow<'a, str>,
+    #[serde(borrow)]
+    body: &'a RawValue,
+}
+
+/// What the client calls a line: text or a whole number.
+#[derive(Deserialize, Serialize, Clone)]
+#[serde(untagged)]
+enum Id {
+    Number(i64),
+    Text(String),
+}
+
+/// Lines of a batch, and where in it they begin.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The lines, each but perhaps the last with its end.
+    pub text: Vec<u8>,
+    /// The number of the first, from 1.
+    pub first: usize,
+}
+
+impl Part {
+    /// The lines one by one.
+    pub fn split(&self) -> Vec<Part> {
+        let lines = self.text.split_inclusive(|byte| *byte == b'\n').enumerate();
+        lines.map(|(i, line)| Part { text: line.to_vec(), first: self.first + i }).collect()
+    }
+
+    /// How many lines.
+    pub fn lines(&self) -> usize {
+        self.text.split_inclusive(|byte| *byte == b'\n').count()
+    }
+
+    /// Answers every line; a blank one with nothing.
+    ///
+    /// # Errors
+    /// Never for a line, which has its problem in its place; only when nobody waits any more.
+    pub fn answer(&self, shape: Shape, max_depth: usize, budget: &Arc<Budget>) -> Result<Sheets, Problem> {
+        let mut paper = Paper::new(budget);
+        for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
+            if !line.trim_ascii().is_empty() {
+                crate::core::work::checkpoint()?;
+                answer(line, self.first + i, shape, max_depth, &mut paper)?;
+            }
+        }
+        Ok(paper.finish())
+    }
+
+    /// This problem in the place of every line.
+    pub fn refuse(&self, problem: &Problem, budget: &Arc<Budget>) -> Sheets {
+        let mut paper = Paper::new(budget);
+        for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
+            if !line.trim_ascii().is_empty() {
+                let id = parse(line, usize::MAX).ok().and_then(|line| line.id);
+                // A sheet for a problem is always there.
+                let _ = refused(self.first + i, id.as_ref(), problem, &mut paper);
+            }
+        }
+        paper.finish()
+    }
+}
+
+fn answer(line: &[u8], number: usize, shape: Shape, max_depth: usize, paper: &mut Paper) -> Result<(), Problem> {
+    let parsed = match parse(line, max_depth) {
+        Ok(parsed) => parsed,
+        Err(problem) => return refused(number, None, &problem, paper),
+    };
+    let mut own = paper.sibling();
+    let computed = match operations::named(&parsed.op) {
+        Some(operation) => operation(parsed.body.get().as_bytes(), shape, &mut own),
+        None => Err(unknown(&parsed.op)),
+    };
+    crate::core::work::checkpoint()?;
+    match computed {
+        Ok(()) => {
+            begin(number, parsed.id.as_ref(), "answer", paper)?;
+            let sheets = own.finish();
+            paper.take(sheets).map_err(json::not_written)?;
+            paper.write_all(b"}\n").map_err(json::not_written)
+        }
+        Err(problem) => refused(number, parsed.id.as_ref(), &problem, paper),
+    }
+}
+
+fn parse(line: &[u8], max_depth: usize) -> Result<Line<'_>, Problem> {
+    json::check_depth(line, max_depth)?;
+    serde_json::from_slice(line).map_err(|error| {
+        let detail =
+            format!("{}; a line is {{\"id\": text or whole number, \"op\": name, \"body\": the request}}", shortened(&error.to_string()));
+        let code = if error.is_data() { "bad_line" } else { "not_json" };
+        Problem::new(StatusCode::BAD_REQUEST, code, "The line is not an operation", detail)
+    })
+}
+
+fn unknown(op: &str) -> Problem {
+    let names: Vec<&str> = BY_NAME.iter().map(|(name, _)| *name).collect();
+    let detail = format!("there is no operation {}; the operations are {}", shortened(op), names.join(", "));
+    Problem::new(StatusCode::NOT_FOUND, "unknown_operation", "There is no such operation", detail)
+}
+
+fn begin(number: usize, id: Option<&Id>, what: &str, paper: &mut Paper) -> Result<(), Problem> {
+    let id = id.and_then(|id| serde_json::to_string(id).ok()).map_or(String::new(), |id| format!("\"id\":{id},"));
+    write!(paper, "{{\"line\":{number},{id}\"{what}\":").map_err(json::not_written)
+}
+
+fn refused(number: usize, id: Option<&Id>, problem: &Problem, paper: &mut Paper) -> Result<(), Problem> {
+    begin(number, id, "problem", paper)?;
+    let text = serde_json::to_vec(problem).unwrap_or_default();
+    paper.write_all(&text).and_then(|()| paper.write_all(b"}\n")).map_err(json::not_written)
+}
+
+/// Cuts a stream of bytes into parts.
+#[derive(Debug, Default)]
+pub struct Cutter {
+    rest: Vec<u8>,
+    /// Where in the rest no line end has been looked for.
+    seen: usize,
+    lines: usize,
+}
+
+impl Cutter {
+    /// Adds bytes.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.rest.extend_from_slice(bytes);
+    }
+
+    /// Bytes that belong to no part yet.
+    pub fn pending(&self) -> usize {
+        self.rest.len()
+    }
+
+    /// The number of the next line, from 1.
+    pub fn line(&self) -> usize {
+        self.lines + 1
+    }
+
+    /// The next part, if there are enough whole lines for one.
+    pub fn part(&mut self) -> Option<Part> {
+        let (mut count, mut end) = (0, None);
+        for (i, byte) in self.rest.iter().enumerate().skip(self.seen.min(self.rest.len())) {
+            if *byte == b'\n' {
+                count += 1;
+                end = Some(i + 1);
+                if i + 1 >= PART_BYTES || count == PART_LINES {
+                    return Some(self.cut(i + 1));
+                }
+            }
+        }
+        // One line longer than a part.
+        if end.is_none() && self.seen == 0 {
+            self.seen = self.rest.len().saturating_sub(1);
+        }
+        None
+    }
+
+    /// What is left: whole lines, and at the end of the stream one without its end.
+    pub fn rest(&mut self, is_end: bool) -> Option<Part> {
+        let end = if is_end { Some(self.rest.len()) } else { self.rest.iter().rposition(|byte| *byte == b'\n').map(|i| i + 1) };
+        end.filter(|end| *end > 0).map(|end| self.cut(end))
+    }
+
+    fn cut(&mut self, end: usize) -> Part {
+        let rest = self.rest.split_off(end);
+        let text = std::mem::replace(&mut self.rest, rest);
+        self.seen = 0;
+        let part = Part { first: self.lines + 1, text };
+        self.lines += part.lines();
+        part
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_the_text_again_whatever_the_pieces() {
+        let text: String = (0..1000).map(|i| format!("{}\n", "x".repeat(i % 700))).collect();
+        for piece in [1, 7, 1000, 100_000] {
+            let (mut cutter, mut whole, mut lines) = (Cutter::default(), Vec::new(), 1);
+            let mut take = |part: Part| {
+                assert_eq!(part.first, lines);
+                lines += part.lines();
+                assert!(part.lines() <= PART_LINES);
+                whole.extend(part.text);
+            };
+            for bytes in text.as_bytes().chunks(piece) {
+                cutter.push(bytes);
+                while let Some(part) = cutter.part() {
+                    take(part);
+                }
+            }
+            cutter.rest(true).into_iter().for_each(&mut take);
+            assert_eq!(whole, text.as_bytes(), "{piece}");
+            assert_eq!(lines, 1001);
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Every operation on bytes, for those who do not come by HTTP: batches and the command line.
+
+use super::error::Problem;
+use super::json;
+use super::paper::Paper;
+use super::shape::Shape;
+use super::{
+    basis, continuity, convert, evaluate, fit, interpolate, join, render, reshape, subdivide, surface_evaluate, surface_subdivide,
+    surface_tessellate, to_bspline,
+};
+
+/// Reads a request, computes, writes the answer.
+pub type Answer = fn(&[u8], Shape, &mut Paper) -> Result<(), Problem>;
+
+macro_rules! by_name {
+    ($($name:literal $module:ident),* $(,)?) => {
+        /// Every operation by its name: its path after `/v1/`.
+        pub const BY_NAME: &[(&str, Answer)] = &[$(
+            ($name, |body, shape, paper| json::write(&$module::operation(json::from_bytes(body)?)?, shape, paper))
+        ),*];
+    };
+}
+
+by_name! {
+    "evaluate" evaluate,
+    "subdivide" subdivide,
+    "to-bspline" to_bspline,
+    "interpolate" interpolate,
+    "fit" fit,
+    "reshape" reshape,
+    "join" join,
+    "convert" convert,
+    "continuity" continuity,
+    "basis" basis,
+    "surfaces/evaluate" surface_evaluate,
+    "surfaces/subdivide" surface_subdivide,
+    "surfaces/tessellate" surface_tessellate,
+    "render" render,
+}
+
+/// The operation of this name.
+pub fn named(name: &str) -> Option<Answer> {
+    BY_NAME.iter().find(|(known, _)| *known == name).map(|(_, answer)| *answer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_path_has_its_operation() {
+        let paths = super::super::OPERATIONS.iter().map(|(path, _)| path.trim_start_matches("/v1/"));
+        assert!(paths.eq(BY_NAME.iter().map(|(name, _)| *name)));
+    }
+}
