@@ -95,40 +95,35 @@ async fn read(mut body: Body, shape: Shape, service: Arc<Service>, send: mpsc::S
         let service = service.clone();
         send.send(Underway(tokio::spawn(async move { compute(part, shape, service).await })))
     };
-    loop {
+    let broken = loop {
         let frame = tokio::select! {
             frame = timeout(service.body_time, body.frame()) => frame,
             () = send.closed() => return,
         };
-        let Ok(Some(Ok(frame))) = frame else {
-            let broken = match frame {
-                Ok(None) => None,
-                Ok(_) => Some("the body ended before all of it arrived"),
-                Err(_) => Some("the next line did not arrive in time"),
-            };
-            if let Some(part) = cutter.rest(broken.is_none()) {
-                let _ = hand_out(part).await;
-            }
-            return;
-        };
-        if let Ok(data) = frame.into_data() {
-            cutter.push(&data);
+        match frame {
+            Ok(None) => break None,
+            Ok(Some(Ok(frame))) => cutter.push(&frame.into_data().unwrap_or_default()),
+            Ok(Some(Err(_))) => break Some(super::call::incomplete()),
+            Err(_) => break Some(super::call::body_too_slow(&service)),
         }
-        while let Some(part) = cutter.part() {
-            if hand_out(part).await.is_err() {
-                return;
-            }
-        }
-        if let Some(part) = cutter.rest(false) {
-            // What has arrived is answered without waiting for more.
+        // What has arrived is answered without waiting for more.
+        while let Some(part) = cutter.part().or_else(|| cutter.rest(false)) {
             if hand_out(part).await.is_err() {
                 return;
             }
         }
         if cutter.pending() > service.max_body {
-            let _ = hand_out(Part { text: b"\x22a line beyond the limit of a body\x22".to_vec(), first: cutter.line() }).await;
-            return;
+            break Some(super::call::too_large(&service));
         }
+    };
+    if broken.is_none() {
+        if let Some(part) = cutter.rest(true) {
+            let _ = hand_out(part).await;
+        }
+    } else if let Some(problem) = broken {
+        // The line that did not arrive whole has the problem in its place.
+        let line = Part { text: b"-".to_vec(), first: cutter.line() };
+        let _ = send.send(Underway(tokio::spawn(async move { line.refuse(&problem, &service.budget) }))).await;
     }
 }
 

@@ -96,16 +96,16 @@ async fn receive(mut body: Body, declared: Option<u64>, service: &Service) -> Re
     Ok(Received { bytes: collected.unwrap_or_default().into(), _reservation: reservation })
 }
 
-fn incomplete() -> Problem {
+pub(super) fn incomplete() -> Problem {
     Problem::new(StatusCode::BAD_REQUEST, "unreadable_body", "The body could not be read", "the body ended before all of it arrived")
 }
 
-fn too_large(service: &Service) -> Problem {
+pub(super) fn too_large(service: &Service) -> Problem {
     let detail = format!("the body exceeds {} bytes; send the data in parts", service.max_body);
     Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", detail)
 }
 
-fn body_too_slow(service: &Service) -> Problem {
+pub(super) fn body_too_slow(service: &Service) -> Problem {
     let detail = format!("the body did not arrive within {} s; send it faster, or in parts", service.body_time.as_secs_f64());
     Problem::new(StatusCode::REQUEST_TIMEOUT, "body_timeout", "The body took too long", detail)
 }

@@ -152,13 +152,16 @@ pub enum Problems {
     /// The service wants an API key, and none it knows came with the request.
     #[response(status = 401, content_type = "application/problem+json")]
     Unauthorized(Problem),
+    /// `Accept` allows nothing that this operation answers with.
+    #[response(status = 406, content_type = "application/problem+json")]
+    NotAcceptable(Problem),
     /// The body took too long to arrive.
     #[response(status = 408, content_type = "application/problem+json")]
     Timeout(Problem),
     /// The body, or the answer asked for, is beyond a documented limit.
     #[response(status = 413, content_type = "application/problem+json")]
     TooLarge(Problem),
-    /// The body is not declared as `application/json`.
+    /// The body is not declared as a media type that is read here.
     #[response(status = 415, content_type = "application/problem+json")]
     MediaType(Problem),
     /// The shape is right, but the mathematics forbids it; the detail says why and what would work.

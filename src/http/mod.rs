@@ -44,8 +44,11 @@ use tower::util::option_layer;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::cors::{AllowOrigin, CorsLayer};
 use utoipa::OpenApi;
-use utoipa::openapi::RefOr;
 use utoipa::openapi::example::ExampleBuilder;
+use utoipa::openapi::path::{Parameter, ParameterBuilder, ParameterIn};
+use utoipa::openapi::request_body::RequestBody;
+use utoipa::openapi::schema::{KnownFormat, ObjectBuilder, SchemaFormat, Type};
+use utoipa::openapi::{Content, RefOr};
 use utoipa::openapi::security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -137,16 +140,49 @@ pub fn openapi() -> utoipa::openapi::OpenApi {
     let mut api = routes().into_openapi();
     describe_keys(&mut api);
     for (path, examples) in OPERATIONS {
-        let operation = api.paths.paths.get_mut(*path).and_then(|item| item.post.as_mut());
-        let Some(RefOr::T(body)) = operation.and_then(|operation| operation.request_body.as_mut()) else { continue };
-        let Some(RefOr::T(content)) = body.content.get_mut("application/json") else { continue };
-        for example in *examples {
+        let Some(operation) = api.paths.paths.get_mut(*path).and_then(|item| item.post.as_mut()) else { continue };
+        if let Some(RefOr::T(body)) = operation.request_body.as_mut() {
+            describe_body(body, examples);
+        }
+        if let Some(RefOr::T(answer)) = operation.responses.responses.get_mut("200") {
+            if answer.content.contains_key("application/json") {
+                answer.content.insert(shape::RAW.into(), RefOr::T(raw_content()));
+                operation.parameters = Some(shape_parameters());
+            }
+        }
+    }
+    api
+}
+
+fn describe_body(body: &mut RequestBody, examples: &[Example]) {
+    if let Some(RefOr::T(content)) = body.content.get_mut("application/json") {
+        for example in examples {
             let value = serde_json::from_str(example.body).ok();
             let shown = ExampleBuilder::new().summary(example.summary).value(value).build();
             content.examples.insert(example.name.into(), RefOr::T(shown));
         }
     }
-    api
+    body.content.insert(shape::RAW.into(), RefOr::T(raw_content()));
+}
+
+/// The raw format, of which a schema says nothing.
+fn raw_content() -> Content {
+    let text = "A JSON header in which lists of numbers are replaced by where their doubles are, and the doubles; see docs/formats.md.";
+    Content::new(Some(ObjectBuilder::new().schema_type(Type::String).format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary))).description(Some(text))))
+}
+
+/// What every operation that answers with numbers takes in its address.
+fn shape_parameters() -> Vec<RefOr<Parameter>> {
+    let parameter = |name: &str, text: &str, schema: ObjectBuilder| {
+        let schema = schema.schema_type(Type::String);
+        RefOr::T(ParameterBuilder::new().name(name).parameter_in(ParameterIn::Query).description(Some(text)).schema(Some(schema)).build())
+    };
+    let precision = "`full` (the default): numbers parse back to the same double. `single`: as numbers of single precision. 1 to 17: rounded to so many significant digits.";
+    let layout = "`nested` (the default): a list for each point. `flat`: one list for all coordinates. The raw format is always flat.";
+    vec![
+        parameter("precision", precision, ObjectBuilder::new().pattern(Some("^(full|single|[1-9]|1[0-7])$"))),
+        parameter("layout", layout, ObjectBuilder::new().enum_values(Some(["nested", "flat"]))),
+    ]
 }
 
 /// Either header, or neither where the operator has set no keys.
