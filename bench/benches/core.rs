@@ -72,7 +72,7 @@ fn cubics(count: usize) {
     let values: Vec<f64> = (0..count).map(|i| i as f64 / (count - 1) as f64).collect();
     let sampling = Sampling::Parameters(values.clone());
     let of = |basis| Curve::Single(Single::new(basis, points(&CUBIC)).unwrap());
-    let (bezier, beta) = (of(Basis::Bezier), of(Basis::Beta(Beta::new(1.0).unwrap())));
+    let (bezier, beta) = (of(Basis::Bezier), of(Basis::Beta(Beta::from_beta(1.0).unwrap())));
     let kurbo = kurbo::CubicBez::new((0.0, 0.0), (1.0, 3.0), (4.0, 3.0), (5.0, 0.0));
     let nurbs = curvo::prelude::NurbsCurve3D::<f64>::try_bezier(&CUBIC.map(|p| nalgebra::Point3::new(p[0], p[1], p[2]))).unwrap();
     let mut out = [const { Vec::new() }; 3].map(|_: Vec<f64>| vec![0.0; count]);

@@ -41,7 +41,10 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use tower::ServiceBuilder;
 use tower::util::option_layer;
+use tower_http::CompressionLevel;
 use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::SizeAbove;
 use tower_http::cors::{AllowOrigin, CorsLayer};
 use utoipa::OpenApi;
 use utoipa::openapi::example::ExampleBuilder;
@@ -56,6 +59,9 @@ use utoipa_swagger_ui::SwaggerUi;
 
 use error::Problem;
 use service::Service;
+
+/// Answers from this size on are compressed, for clients that ask for gzip.
+const COMPRESSED: u16 = 1_024;
 
 /// A request body that the specification shows and a test runs.
 #[derive(Debug, Clone, Copy)]
@@ -205,6 +211,7 @@ pub fn router(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Router {
         .layer(from_fn_with_state(service.clone(), observe::observe))
         .layer(from_fn(with_security_headers))
         .layer(option_layer(cors(cors_origins)))
+        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(SizeAbove::new(COMPRESSED)))
         .layer(CatchPanicLayer::custom(move |_| {
             panicked.metrics.panics.inc();
             Problem::internal().into_response()
