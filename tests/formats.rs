@@ -226,7 +226,10 @@ fn answers_are_compressed_for_who_asks_from_a_size_on() {
     let encoding = |count: usize, headers: &str| {
         let curve = json!({"family": "bezier", "control_points": [[0, 0], [1, 3], [4, 3], [5, 0]]});
         let body = json!({"curve": curve, "sampling": {"kind": "count", "count": count}}).to_string();
-        let head = format!("POST /v1/evaluate HTTP/1.1\r\nhost: t\r\nconnection: close\r\ncontent-type: application/json\r\n{headers}content-length: {}\r\n\r\n{body}", body.len());
+        let head = format!(
+            "POST /v1/evaluate HTTP/1.1\r\nhost: t\r\nconnection: close\r\ncontent-type: application/json\r\n{headers}content-length: {}\r\n\r\n{body}",
+            body.len()
+        );
         let answer = server.raw(head.as_bytes());
         assert_eq!(answer.status, 200);
         (answer.header("content-encoding").to_owned(), answer.body.len())

@@ -23,7 +23,8 @@ fn the_committed_specification_is_the_generated_one() {
 fn it_is_openapi_3_1_with_one_operation_for_each_example_table() {
     let api = specification();
     assert!(api["openapi"].as_str().unwrap().starts_with("3.1."));
-    let posts: BTreeSet<&str> = paths(&api).filter(|(path, item)| item.get("post").is_some() && *path != "/v1/batch").map(|(path, _)| path).collect();
+    let posts: BTreeSet<&str> =
+        paths(&api).filter(|(path, item)| item.get("post").is_some() && *path != "/v1/batch").map(|(path, _)| path).collect();
     assert_eq!(posts, OPERATIONS.iter().map(|(path, _)| *path).collect());
     for (path, examples) in OPERATIONS {
         let shown = &api["paths"][path]["post"]["requestBody"]["content"]["application/json"]["examples"];

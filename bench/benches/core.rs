@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use kurbo::ParamCurve;
-use springline::core::basis::{Basis, Beta};
+use springline::core::basis::{Basis, Beta, Bezier};
 use springline::core::curve::{BSpline, Bases, Curve, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::fit::{self, Ends, Parameters, Solve};
@@ -72,31 +72,43 @@ fn cubics(count: usize) {
     let values: Vec<f64> = (0..count).map(|i| i as f64 / (count - 1) as f64).collect();
     let sampling = Sampling::Parameters(values.clone());
     let of = |basis| Curve::Single(Single::new(basis, points(&CUBIC)).unwrap());
-    let (bezier, beta) = (of(Basis::Bezier), of(Basis::Beta(Beta::from_beta(1.0).unwrap())));
+    let (bezier, beta) = (of(Basis::Bezier(Bezier)), of(Basis::Beta(Beta::from_beta(1.0).unwrap())));
     let kurbo = kurbo::CubicBez::new((0.0, 0.0), (1.0, 3.0), (4.0, 3.0), (5.0, 0.0));
-    let nurbs = curvo::prelude::NurbsCurve3D::<f64>::try_bezier(&CUBIC.map(|p| nalgebra::Point3::new(p[0], p[1], p[2]))).unwrap();
+    let nurbs = curvo::prelude::NurbsCurve3D::<f64>::try_new(
+        3,
+        CUBIC.map(|p| nalgebra::Point4::new(p[0], p[1], p[2], 1.0)).to_vec(),
+        vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0],
+    )
+    .unwrap();
     let mut out = [const { Vec::new() }; 3].map(|_: Vec<f64>| vec![0.0; count]);
     let ours = |curve: &Curve<3>| drop(black_box(evaluate(black_box(curve), &sampling, 0, Quantities::default()).unwrap()));
-    group(&format!("a cubic at {count} parameters, ns a point"), count, vec![
-        ("limit: powers, one array for each coordinate", Box::new(|| powers(black_box(&values), black_box(&mut out)))),
-        ("springline, bezier", Box::new(|| ours(&bezier))),
-        ("springline, beta-bezier", Box::new(|| ours(&beta))),
-        ("kurbo, 2D", Box::new(|| values.iter().for_each(|&t| drop(black_box(kurbo.eval(t)))))),
-        ("curvo", Box::new(|| values.iter().for_each(|&t| drop(black_box(nurbs.point_at(t)))))),
-    ]);
+    group(
+        &format!("a cubic at {count} parameters, ns a point"),
+        count,
+        vec![
+            ("limit: powers, one array for each coordinate", Box::new(|| powers(black_box(&values), black_box(&mut out)))),
+            ("springline, bezier", Box::new(|| ours(&bezier))),
+            ("springline, beta-bezier", Box::new(|| ours(&beta))),
+            ("kurbo, 2D", Box::new(|| values.iter().for_each(|&t| _ = black_box(kurbo.eval(t))))),
+            ("curvo", Box::new(|| values.iter().for_each(|&t| _ = black_box(nurbs.point_at(t))))),
+        ],
+    );
 }
 
 fn degrees() {
     println!("\ngrowth with the degree, 1,000 samples, ns a point");
-    let times: Vec<(f64, f64)> = [2usize, 4, 8, 16, 32, 64].into_iter().map(|degree| {
-        let polygon: Vec<Point<3>> = (0..=degree).map(|i| Point([i as f64, (i as f64).sin(), (i as f64).cos()])).collect();
-        let curve = Curve::Single(Single::new(Basis::Bezier, polygon).unwrap());
-        let mut work = || drop(black_box(evaluate(&curve, &Sampling::Count(1_000), 0, Quantities::default()).unwrap()));
-        let repeats = repeats(&mut work);
-        let median = median((0..ROUNDS).map(|_| time(&mut work, repeats) / 1_000.0).collect());
-        println!("  degree {degree:<51}{median:>12.2} ns");
-        (degree as f64, median)
-    }).collect();
+    let times: Vec<(f64, f64)> = [2usize, 4, 8, 16, 32, 64]
+        .into_iter()
+        .map(|degree| {
+            let polygon: Vec<Point<3>> = (0..=degree).map(|i| Point([i as f64, (i as f64).sin(), (i as f64).cos()])).collect();
+            let curve = Curve::Single(Single::new(Basis::Bezier(Bezier), polygon).unwrap());
+            let mut work = || drop(black_box(evaluate(&curve, &Sampling::Count(1_000), 0, Quantities::default()).unwrap()));
+            let repeats = repeats(&mut work);
+            let median = median((0..ROUNDS).map(|_| time(&mut work, repeats) / 1_000.0).collect());
+            println!("  degree {degree:<51}{median:>12.2} ns");
+            (degree as f64, median)
+        })
+        .collect();
     println!("  exponent {:.2}", exponent(&times[2..]));
 }
 
@@ -117,28 +129,42 @@ fn bsplines(count: usize) {
     let spans: Vec<[[f64; 4]; 3]> = (0..13).map(|i| [0.1, 0.2, 0.3].map(|k| [i as f64, k, 0.5, -k])).collect();
     let mut out = vec![[0.0; 3]; count];
     let sampling = Sampling::Parameters(values.clone());
-    group(&format!("a B-spline of 16 control points at {count} parameters, ns a point"), count, vec![
-        ("measure: powers of each span, ready", Box::new(|| {
-            for (x, &t) in out.iter_mut().zip(black_box(&values)) {
-                let span = (t as usize).min(12);
-                let u = t - span as f64;
-                *x = spans[span].map(|[a, b, c, d]| ((d * u + c) * u + b) * u + a);
-            }
-            black_box(&mut out);
-        })),
-        ("springline", Box::new(|| drop(black_box(evaluate(&curve, &sampling, 0, Quantities::default()).unwrap())))),
-    ]);
+    group(
+        &format!("a B-spline of 16 control points at {count} parameters, ns a point"),
+        count,
+        vec![
+            (
+                "measure: powers of each span, ready",
+                Box::new(|| {
+                    for (x, &t) in out.iter_mut().zip(black_box(&values)) {
+                        let span = (t as usize).min(12);
+                        let u = t - span as f64;
+                        *x = spans[span].map(|[a, b, c, d]| ((d * u + c) * u + b) * u + a);
+                    }
+                    black_box(&mut out);
+                }),
+            ),
+            ("springline", Box::new(|| drop(black_box(evaluate(&curve, &sampling, 0, Quantities::default()).unwrap())))),
+        ],
+    );
 }
 
 fn splits() {
-    let curve = Curve::Single(Single::new(Basis::Bezier, points(&CUBIC)).unwrap());
+    let curve = Curve::Single(Single::new(Basis::Bezier(Bezier), points(&CUBIC)).unwrap());
     let kurbo = kurbo::CubicBez::new((0.0, 0.0), (1.0, 3.0), (4.0, 3.0), (5.0, 0.0));
     let cuts = Cuts::Parameters(vec![0.37]);
-    group("a cubic cut at 0.37, ns a cut", 1, vec![
-        ("measure: de Casteljau, the control points alone", Box::new(|| drop(black_box(springline::core::bezier_form::split(&points(&CUBIC), black_box(0.37)))))),
-        ("springline, the operation", Box::new(|| drop(black_box(subdivide(&curve, &cuts, Form::Bezier).unwrap())))),
-        ("kurbo, 2D", Box::new(|| drop(black_box((kurbo.subsegment(0.0..black_box(0.37)), kurbo.subsegment(0.37..1.0)))))),
-    ]);
+    group(
+        "a cubic cut at 0.37, ns a cut",
+        1,
+        vec![
+            (
+                "measure: de Casteljau, the control points alone",
+                Box::new(|| drop(black_box(springline::core::bezier_form::split(&points(&CUBIC), black_box(0.37))))),
+            ),
+            ("springline, the operation", Box::new(|| drop(black_box(subdivide(&curve, &cuts, Form::Bezier).unwrap())))),
+            ("kurbo, 2D", Box::new(|| _ = black_box((kurbo.subsegment(0.0..black_box(0.37)), kurbo.subsegment(0.37..1.0))))),
+        ],
+    );
 }
 
 fn wave(count: usize) -> Vec<Point<2>> {
@@ -178,19 +204,29 @@ fn splines(count: usize) -> f64 {
     let data = wave(count);
     let ours = || {
         let shape = Shape::Open(End::Natural, End::Natural);
-        black_box(interpolate(black_box(&data), shape, Bases::Common(Basis::Bezier), &Parameterization::ChordLength).unwrap());
+        black_box(interpolate(black_box(&data), shape, Bases::Common(Basis::Bezier(Bezier)), &Parameterization::ChordLength).unwrap());
     };
-    group(&format!("the natural spline through {count} points, ns a point"), count, vec![
-        ("measure: the tridiagonal solve, nothing checked", Box::new(|| drop(black_box(thomas(black_box(&data)))))),
-        ("springline, continuity measured", Box::new(ours)),
-    ])[1]
+    group(
+        &format!("the natural spline through {count} points, ns a point"),
+        count,
+        vec![
+            ("measure: the tridiagonal solve, nothing checked", Box::new(|| drop(black_box(thomas(black_box(&data)))))),
+            ("springline, continuity measured", Box::new(ours)),
+        ],
+    )[1]
 }
 
 fn fits(count: usize) -> f64 {
     let data = wave(count);
     let ours = || {
-        let solve = Solve::ControlPoints { basis: Basis::Bezier, order: 15 };
-        let options = fit::Options { weights: None, parameters: Parameters::ChordLength, ends: Ends::Interpolate, parameter_correction: false, solve };
+        let solve = Solve::ControlPoints { basis: Basis::Bezier(Bezier), order: 15 };
+        let options = fit::Options {
+            weights: None,
+            parameters: Parameters::ChordLength,
+            ends: Ends::Interpolate,
+            parameter_correction: false,
+            solve,
+        };
         black_box(fit::fit(data.clone(), options).unwrap());
     };
     // One pass of normal equations over a dense row of 16 values: what the same data cost without QR.
@@ -206,10 +242,11 @@ fn fits(count: usize) -> f64 {
         }
         black_box(gram);
     };
-    group(&format!("least squares of {count} points, 16 control points, ns a point"), count, vec![
-        ("measure: one pass of normal equations", Box::new(normal)),
-        ("springline, by QR, error measured", Box::new(ours)),
-    ])[1]
+    group(
+        &format!("least squares of {count} points, 16 control points, ns a point"),
+        count,
+        vec![("measure: one pass of normal equations", Box::new(normal)), ("springline, by QR, error measured", Box::new(ours))],
+    )[1]
 }
 
 fn main() {

@@ -51,8 +51,8 @@ use utoipa::openapi::example::ExampleBuilder;
 use utoipa::openapi::path::{Parameter, ParameterBuilder, ParameterIn};
 use utoipa::openapi::request_body::RequestBody;
 use utoipa::openapi::schema::{KnownFormat, ObjectBuilder, SchemaFormat, Type};
-use utoipa::openapi::{Content, RefOr};
 use utoipa::openapi::security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
+use utoipa::openapi::{Content, RefOr};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
@@ -61,7 +61,7 @@ use error::Problem;
 use service::Service;
 
 /// Answers from this size on are compressed, for clients that ask for gzip.
-const COMPRESSED: u16 = 1_024;
+const COMPRESSED: u64 = 1_024;
 
 /// A request body that the specification shows and a test runs.
 #[derive(Debug, Clone, Copy)]
@@ -150,11 +150,11 @@ pub fn openapi() -> utoipa::openapi::OpenApi {
         if let Some(RefOr::T(body)) = operation.request_body.as_mut() {
             describe_body(body, examples);
         }
-        if let Some(RefOr::T(answer)) = operation.responses.responses.get_mut("200") {
-            if answer.content.contains_key("application/json") {
-                answer.content.insert(shape::RAW.into(), RefOr::T(raw_content()));
-                operation.parameters = Some(shape_parameters());
-            }
+        if let Some(RefOr::T(answer)) = operation.responses.responses.get_mut("200")
+            && answer.content.contains_key("application/json")
+        {
+            answer.content.insert(shape::RAW.into(), RefOr::T(raw_content()));
+            operation.parameters = Some(shape_parameters());
         }
     }
     api
@@ -174,7 +174,9 @@ fn describe_body(body: &mut RequestBody, examples: &[Example]) {
 /// The raw format, of which a schema says nothing.
 fn raw_content() -> Content {
     let text = "A JSON header in which lists of numbers are replaced by where their doubles are, and the doubles; see docs/formats.md.";
-    Content::new(Some(ObjectBuilder::new().schema_type(Type::String).format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary))).description(Some(text))))
+    Content::new(Some(
+        ObjectBuilder::new().schema_type(Type::String).format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary))).description(Some(text)),
+    ))
 }
 
 /// What every operation that answers with numbers takes in its address.

@@ -232,6 +232,7 @@ pub fn media_type(path: &str) -> &'static str {
     match path {
         "/v1/render" => "image/svg+xml",
         "/metrics" => "application/openmetrics-text",
+        "/v1/batch" => "application/x-ndjson",
         _ => "application/json",
     }
 }

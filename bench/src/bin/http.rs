@@ -55,7 +55,8 @@ where
     });
     std::hint::black_box(&request);
     let mut text = Vec::with_capacity(length);
-    serde_json::to_writer(&mut text, answer.downcast_ref::<Answer>().expect("one kind of answer for a path")).expect("answers can be written");
+    serde_json::to_writer(&mut text, answer.downcast_ref::<Answer>().expect("one kind of answer for a path"))
+        .expect("answers can be written");
     ([(header::CONTENT_TYPE, "application/json")], text)
 }
 
@@ -170,13 +171,19 @@ fn case(name: &str, path: &str, body: &Value) -> Case {
 
 fn cases() -> Vec<Case> {
     let cubic = json!({"family": "beta-bezier", "beta": 1, "control_points": [[0, 0, 1], [1, 3, 2], [4, 3, 0], [5, 0, 2]]});
-    let wave = |count: u32| -> Vec<[f64; 2]> { (0..count).map(|i| f64::from(i) * 0.1).map(|t| [t + 0.03 * (7.0 * t).sin(), (1.3 * t).sin()]).collect() };
+    let wave = |count: u32| -> Vec<[f64; 2]> {
+        (0..count).map(|i| f64::from(i) * 0.1).map(|t| [t + 0.03 * (7.0 * t).sin(), (1.3 * t).sin()]).collect()
+    };
     let mut cases = Vec::new();
     for count in [10, 100, 1_000, 10_000] {
         let body = json!({"curve": cubic, "sampling": {"kind": "count", "count": count}});
         cases.push(case(&format!("evaluate, {count} samples"), "/v1/evaluate", &body));
     }
-    cases.push(case("subdivide at 3 parameters", "/v1/subdivide", &json!({"curve": cubic, "at": {"kind": "parameters", "values": [0.25, 0.5, 0.75]}})));
+    cases.push(case(
+        "subdivide at 3 parameters",
+        "/v1/subdivide",
+        &json!({"curve": cubic, "at": {"kind": "parameters", "values": [0.25, 0.5, 0.75]}}),
+    ));
     cases.push(case("to-bspline", "/v1/to-bspline", &json!({"curve": cubic})));
     for count in [10, 1_000] {
         let body = json!({"points": wave(count), "report": "summary"});
@@ -229,7 +236,10 @@ fn compare() {
     let mut floor = Command::new(std::env::current_exe().unwrap());
     floor.arg("floor");
     let servers = [Server::start(floor), Server::start(ours)];
-    println!("{:<38}{:>9}{:>9} | {:>9}{:>9}{:>8} | {:>9}{:>9}{:>8}", "", "request", "answer", "CPU us", "floor", "ratio", "p50 us", "floor", "ratio");
+    println!(
+        "{:<38}{:>9}{:>9} | {:>9}{:>9}{:>8} | {:>9}{:>9}{:>8}",
+        "", "request", "answer", "CPU us", "floor", "ratio", "p50 us", "floor", "ratio"
+    );
     for case in cases() {
         let answer = Client::open(&servers[1]).ask(&case.request);
         let mut figures = [const { (Vec::new(), Vec::new()) }; 2];
@@ -242,7 +252,10 @@ fn compare() {
         let [(floor_cpu, floor_p50), (cpu, p50)] = figures.map(|(cpu, p50)| (median(cpu), median(p50)));
         println!(
             "{:<38}{:>9}{answer:>9} | {cpu:>9.1}{floor_cpu:>9.1}{:>8.2} | {p50:>9.0}{floor_p50:>9.0}{:>8.2}",
-            case.name, case.request.len(), cpu / floor_cpu, p50 / floor_p50
+            case.name,
+            case.request.len(),
+            cpu / floor_cpu,
+            p50 / floor_p50
         );
     }
 }

@@ -11,6 +11,7 @@ use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
 use super::raw;
 use crate::core::error::{Error, Fault};
 use crate::core::limits;
+use crate::core::work::Pace;
 
 /// Named schemas, as the specification collects them.
 pub type Components = Vec<(String, RefOr<Schema>)>;
@@ -113,7 +114,9 @@ impl<T: Field> Field for Vec<T> {
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vec<T>, A::Error> {
                 let mut items = Vec::new();
+                let mut pace = Pace::default();
                 while let Some(item) = seq.next_element_seed(Reader(PhantomData))? {
+                    pace.step().map_err(A::Error::custom)?;
                     if items.len() == ITEMS {
                         return Err(too_long());
                     }
