@@ -79,8 +79,7 @@ pub async fn post(State(service): State<Arc<Service>>, request: Request) -> Resp
 }
 
 fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
-    let given = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
-    let essence = given.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
+    let essence = negotiate::essence(negotiate::content_type(headers));
     if [NDJSON, "application/jsonl", "application/ndjson"].contains(&essence.as_str()) {
         return Ok(());
     }
@@ -116,14 +115,17 @@ async fn read(mut body: Body, shape: Shape, service: Arc<Service>, send: mpsc::S
             break Some(super::call::too_large(&service));
         }
     };
-    if broken.is_none() {
-        if let Some(part) = cutter.rest(true) {
-            let _ = hand_out(part).await;
+    match broken {
+        None => {
+            if let Some(part) = cutter.rest(true) {
+                let _ = hand_out(part).await;
+            }
         }
-    } else if let Some(problem) = broken {
         // The line that did not arrive whole has the problem in its place.
-        let line = Part { text: b"-".to_vec(), first: cutter.line() };
-        let _ = send.send(Underway(tokio::spawn(async move { line.refuse(&problem, &service.budget) }))).await;
+        Some(problem) => {
+            let line = Part { text: b"-".to_vec(), first: cutter.line() };
+            let _ = send.send(Underway(tokio::spawn(async move { line.refuse(&problem, &service.budget) }))).await;
+        }
     }
 }
 

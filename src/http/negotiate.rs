@@ -20,7 +20,7 @@ pub enum Form {
 /// # Errors
 /// Status 415.
 pub fn sent(headers: &HeaderMap) -> Result<Form, Problem> {
-    let given = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
+    let given = content_type(headers);
     let essence = essence(given);
     if essence == RAW {
         return Ok(Form::Raw);
@@ -33,7 +33,13 @@ pub fn sent(headers: &HeaderMap) -> Result<Form, Problem> {
     Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
 }
 
-fn essence(media_type: &str) -> String {
+/// What `Content-Type` says, or nothing.
+pub(super) fn content_type(headers: &HeaderMap) -> &str {
+    headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("")
+}
+
+/// A media type without its parameters, in lower case.
+pub(super) fn essence(media_type: &str) -> String {
     media_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase()
 }
 
