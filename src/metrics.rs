@@ -1,5 +1,6 @@
 //! What the service counts, in the text format of OpenMetrics.
 
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicU64;
 
 use prometheus_client::encoding::text::encode;
@@ -30,6 +31,20 @@ pub struct Answered {
 pub struct Route {
     /// The path.
     pub route: String,
+}
+
+/// The route of what no route is for.
+pub const UNKNOWN: &str = "none";
+
+/// The metrics of one route, at hand.
+#[derive(Debug)]
+pub struct OfRoute {
+    route: Route,
+    duration: Histogram,
+    /// Bytes received and sent, of operations.
+    sizes: Option<[Histogram; 2]>,
+    /// What nearly every answer counts into: POST and 200.
+    good: OnceLock<Counter>,
 }
 
 /// Why something was refused or ended.
@@ -136,6 +151,25 @@ impl Default for Metrics {
     }
 }
 
+impl OfRoute {
+    /// One more answer.
+    pub fn answered(&self, metrics: &Metrics, method: &'static str, status: u16, seconds: f64, bytes: [u64; 2]) {
+        let counter = || {
+            let answered = Answered { route: self.route.route.clone(), method: method.into(), status };
+            metrics.requests.get_or_create(&answered).clone()
+        };
+        if (method, status) == ("POST", 200) {
+            self.good.get_or_init(counter).inc();
+        } else {
+            counter().inc();
+        }
+        self.duration.observe(seconds);
+        for (histogram, bytes) in self.sizes.iter().flatten().zip(bytes) {
+            histogram.observe(bytes as f64);
+        }
+    }
+}
+
 impl Metrics {
     fn register(&mut self) {
         let registry = &mut self.registry;
@@ -159,6 +193,15 @@ impl Metrics {
             ("target_os", std::env::consts::OS),
         ]);
         registry.register("build", "What is running", build);
+    }
+
+    /// The metrics of a route.
+    pub fn of_route(&self, route: &str) -> OfRoute {
+        let is_operation = route.starts_with("/v1/");
+        let route = Route { route: route.into() };
+        let histogram = |of: &Histograms| of.get_or_create(&route).clone();
+        let sizes = is_operation.then(|| [histogram(&self.request_bytes), histogram(&self.answer_bytes)]);
+        OfRoute { duration: histogram(&self.duration), sizes, good: OnceLock::new(), route }
     }
 
     /// One thing more that was refused.

@@ -1,4 +1,4 @@
-//! The edge: routes, middleware and the specification, each on one screen.
+//! The edge: routes and the specification, each on one screen.
 
 pub mod basis;
 pub mod batch;
@@ -6,6 +6,7 @@ pub mod budget;
 pub mod call;
 pub mod continuity;
 pub mod convert;
+pub mod edge;
 pub mod error;
 pub mod evaluate;
 pub mod fit;
@@ -34,18 +35,8 @@ pub mod wire;
 use std::sync::Arc;
 
 use axum::Router;
-use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
-use axum::middleware::{Next, from_fn, from_fn_with_state};
-use axum::response::{IntoResponse, Response};
+use axum::http::{HeaderValue, StatusCode, Uri};
 use axum::routing::get;
-use tower::ServiceBuilder;
-use tower::util::option_layer;
-use tower_http::CompressionLevel;
-use tower_http::catch_panic::CatchPanicLayer;
-use tower_http::compression::CompressionLayer;
-use tower_http::compression::predicate::SizeAbove;
-use tower_http::cors::{AllowOrigin, CorsLayer};
 use utoipa::OpenApi;
 use utoipa::openapi::example::ExampleBuilder;
 use utoipa::openapi::path::{Parameter, ParameterBuilder, ParameterIn};
@@ -57,11 +48,9 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
+use edge::Edge;
 use error::Problem;
 use service::Service;
-
-/// Answers from this size on are compressed, for clients that ask for gzip.
-const COMPRESSED: u64 = 1_024;
 
 /// A request body that the specification shows and a test runs.
 #[derive(Debug, Clone, Copy)]
@@ -205,28 +194,20 @@ fn describe_keys(api: &mut utoipa::openapi::OpenApi) {
     api.security = Some([SecurityRequirement::default()].into_iter().chain(either).collect());
 }
 
-/// The service: routes, docs, and the middleware around them, outermost first.
-pub fn router(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Router {
-    let (router, _) = routes().split_for_parts();
-    let panicked = service.clone();
-    let middleware = ServiceBuilder::new()
-        .layer(from_fn_with_state(service.clone(), observe::observe))
-        .layer(from_fn(with_security_headers))
-        .layer(option_layer(cors(cors_origins)))
-        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(SizeAbove::new(COMPRESSED)))
-        .layer(CatchPanicLayer::custom(move |_| {
-            panicked.metrics.panics.inc();
-            Problem::internal().into_response()
-        }))
-        .layer(from_fn_with_state(service.clone(), require_key))
-        .layer(from_fn(problems_only));
-    router
+/// The whole service: routes, documentation, and what is done around them.
+pub fn service(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Edge {
+    let (router, api) = routes().split_for_parts();
+    let paths = api.paths.paths.into_keys().chain([SPECIFICATION.into()]);
+    let router = router
         .with_state(service.clone())
-        .merge(SwaggerUi::new("/docs").url("/openapi.json", openapi()))
+        .merge(SwaggerUi::new("/docs").url(SPECIFICATION, openapi()))
         .fallback(not_found)
-        .method_not_allowed_fallback(method_not_allowed)
-        .layer(middleware)
+        .method_not_allowed_fallback(method_not_allowed);
+    Edge::new(service, cors_origins, paths, router)
 }
+
+/// Where the specification is.
+const SPECIFICATION: &str = "/openapi.json";
 
 /// What is answered on the address of the metrics.
 pub fn metrics_router(service: &Arc<Service>) -> Router {
@@ -236,63 +217,6 @@ pub fn metrics_router(service: &Arc<Service>) -> Router {
         .route("/readyz", get(health::ready))
         .fallback(not_found)
         .with_state(service.clone())
-}
-
-/// Which pages of other origins may call from a browser: none unless they are named.
-fn cors(origins: &[HeaderValue]) -> Option<CorsLayer> {
-    let origin = match origins {
-        [] => return None,
-        [only] if only == "*" => AllowOrigin::any(),
-        several => AllowOrigin::list(several.iter().cloned()),
-    };
-    let sent = ["content-type", "accept", "authorization", "x-api-key", "x-request-id", "traceparent", "tracestate"];
-    let read = [observe::REQUEST_ID, header::RETRY_AFTER];
-    let layer = CorsLayer::new().allow_origin(origin).allow_methods([Method::GET, Method::POST]);
-    let two_hours = std::time::Duration::from_secs(7_200);
-    Some(layer.allow_headers(sent.map(HeaderName::from_static)).expose_headers(read).max_age(two_hours))
-}
-
-/// Headers that keep a browser from doing more with an answer than reading it.
-async fn with_security_headers(request: Request, next: Next) -> Response {
-    let is_page = request.uri().path().starts_with("/docs");
-    let mut response = next.run(request).await;
-    let policy = if is_page {
-        "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-ancestors 'none'"
-    } else {
-        "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
-    };
-    let headers = response.headers_mut();
-    headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
-    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
-    if !is_page {
-        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    }
-    response
-}
-
-/// Operations and metrics ask for a key where keys are set; probes and documentation do not.
-async fn require_key(State(service): State<Arc<Service>>, request: Request, next: Next) -> Response {
-    let path = request.uri().path();
-    let open = !(path.starts_with("/v1/") || path == "/metrics");
-    if open || !service.keys.are_required() || service.keys.admit(request.headers()) {
-        return next.run(request).await;
-    }
-    unauthorized(request.headers()).into_response()
-}
-
-fn unauthorized(headers: &HeaderMap) -> Problem {
-    let given = headers.contains_key(header::AUTHORIZATION) || headers.contains_key("x-api-key");
-    let what = if given { "the API key is not known" } else { "no API key was sent" };
-    let detail = format!("{what}; send a valid one as Authorization: Bearer KEY, or as X-Api-Key: KEY");
-    Problem::new(StatusCode::UNAUTHORIZED, "unauthorized", "An API key is needed", detail)
-}
-
-/// The docs answer an unknown file in plain text; this service answers every error as a problem.
-async fn problems_only(uri: Uri, request: Request, next: Next) -> Response {
-    let response = next.run(request).await;
-    let missing = response.status() == StatusCode::NOT_FOUND && response.headers().get(header::CONTENT_TYPE).is_none();
-    if missing { not_found(uri).await.into_response() } else { response }
 }
 
 async fn not_found(uri: Uri) -> Problem {

@@ -1,22 +1,43 @@
 //! What is seen of every request: its id, its metrics, its log line, its span.
 
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use axum::body::HttpBody;
-use axum::extract::{MatchedPath, Request, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode};
-use axum::middleware::Next;
+use axum::extract::Request;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri};
 use axum::response::Response;
 use prometheus_client::metrics::gauge::Gauge;
-use uuid::Uuid;
+use uuid::{Builder, Uuid};
 
 use super::service::Service;
-use crate::metrics::{Answered, Route};
-use crate::traces::Parent;
+use crate::metrics::{OfRoute, UNKNOWN};
+use crate::traces::{Parent, Span};
 
 /// The header that carries the id of a request, both ways.
 pub const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+
+/// Counts, times and logs requests, and gives them ids.
+pub struct Observer {
+    service: Arc<Service>,
+    /// The metrics of each route, looked up once: labels are strings, and a look-up for each request hashes them all.
+    routes: HashMap<String, OnceLock<OfRoute>>,
+    ids: Ids,
+}
+
+/// What is known of a request until it is answered.
+pub struct Seen {
+    started: Instant,
+    _in_flight: InFlight,
+    id: HeaderValue,
+    parent: Option<Parent>,
+    span: Option<Span>,
+    method: &'static str,
+    uri: Uri,
+    received: Option<u64>,
+}
 
 /// One more while it lives.
 struct InFlight(Gauge);
@@ -34,85 +55,102 @@ impl Drop for InFlight {
     }
 }
 
-/// Counts, times and logs a request, and gives it an id.
-pub async fn observe(State(service): State<Arc<Service>>, request: Request, next: Next) -> Response {
-    let started = Instant::now();
-    let _in_flight = InFlight::enter(&service.metrics.in_flight);
-    let id = request_id(request.headers());
-    let parent = Parent::of(request.headers());
-    let route = request.extensions().get::<MatchedPath>().map_or("none", MatchedPath::as_str).to_owned();
-    let method = known(request.method());
-    let path = shortened(request.uri().path());
-    let received = request.body().size_hint().exact();
-    let mut span = service.traces.as_ref().map(|traces| traces.span(method, &route, parent.as_ref()));
-
-    let mut response = next.run(request).await;
-
-    let status = response.status();
-    let seconds = started.elapsed().as_secs_f64();
-    count(&service, &route, method, status, seconds, received, response.body().size_hint().exact());
-    if let Some(span) = &mut span {
-        span.end(status.as_u16());
-    }
-    let trace = span.map(|span| span.trace_id()).or(parent.map(|parent| parent.trace_id));
-    let line = Line { id: id.to_str().unwrap_or(""), trace: trace.as_deref().unwrap_or(""), method, path: &path, status, seconds };
-    line.log(&route);
-    response.headers_mut().insert(REQUEST_ID, id);
-    response
+/// Ids that nobody else gives: random where the process starts, and counted on from there.
+struct Ids {
+    start: u128,
+    given: AtomicU64,
 }
 
-/// The id the client gave, if it is fit to be logged; else a new one.
-fn request_id(headers: &HeaderMap) -> HeaderValue {
+impl Ids {
+    fn next(&self) -> HeaderValue {
+        let number = u128::from(self.given.fetch_add(1, Ordering::Relaxed));
+        let id = Builder::from_random_bytes(self.start.wrapping_add(number).to_be_bytes()).into_uuid();
+        HeaderValue::from_str(id.hyphenated().encode_lower(&mut Uuid::encode_buffer())).unwrap_or(HeaderValue::from_static("none"))
+    }
+}
+
+impl Observer {
+    /// For a service with routes at these paths.
+    pub fn new(service: &Arc<Service>, paths: impl Iterator<Item = String>) -> Self {
+        let routes = paths.chain([DOCS.into(), UNKNOWN.into()]).map(|path| (path, OnceLock::new())).collect();
+        let ids = Ids { start: Uuid::new_v4().as_u128(), given: AtomicU64::new(0) };
+        Observer { service: service.clone(), routes, ids }
+    }
+
+    /// A request has come.
+    pub fn begin(&self, request: &Request) -> Seen {
+        let parent = Parent::of(request.headers());
+        let method = known(request.method());
+        let span = self.service.traces.as_ref().map(|traces| traces.span(method, self.route(request.uri()).0, parent.as_ref()));
+        Seen {
+            started: Instant::now(),
+            _in_flight: InFlight::enter(&self.service.metrics.in_flight),
+            id: given_id(request.headers()).unwrap_or_else(|| self.ids.next()),
+            parent,
+            span,
+            method,
+            uri: request.uri().clone(),
+            received: request.body().size_hint().exact(),
+        }
+    }
+
+    /// It is answered.
+    pub fn end(&self, mut seen: Seen, response: &mut Response) {
+        let status = response.status();
+        let seconds = seen.started.elapsed().as_secs_f64();
+        let (route, metrics) = self.route(&seen.uri);
+        if let Some(metrics) = metrics {
+            let metrics = metrics.get_or_init(|| self.service.metrics.of_route(route));
+            let (received, sent) = (seen.received.unwrap_or(0), response.body().size_hint().exact().unwrap_or(0));
+            metrics.answered(&self.service.metrics, seen.method, status.as_u16(), seconds, [received, sent]);
+        }
+        if let Some(span) = &mut seen.span {
+            span.end(status.as_u16());
+        }
+        seen.log(route, status, seconds);
+        response.headers_mut().insert(REQUEST_ID, seen.id);
+    }
+
+    /// The route of an address, as the specification writes it, and its metrics.
+    fn route(&self, uri: &Uri) -> (&str, Option<&OnceLock<OfRoute>>) {
+        let path = if uri.path().starts_with(DOCS) { DOCS } else { uri.path() };
+        let found = self.routes.get_key_value(path).or_else(|| self.routes.get_key_value(UNKNOWN));
+        found.map_or((UNKNOWN, None), |(route, metrics)| (route, Some(metrics)))
+    }
+}
+
+/// The pages of the documentation count as one.
+const DOCS: &str = "/docs";
+
+/// The id the client gave, if it is fit to be logged.
+fn given_id(headers: &HeaderMap) -> Option<HeaderValue> {
     let sane = |value: &&HeaderValue| (1..=128).contains(&value.len()) && value.as_bytes().iter().all(u8::is_ascii_graphic);
-    let given = headers.get(&REQUEST_ID).filter(sane).cloned();
-    given.unwrap_or_else(|| HeaderValue::from_str(&Uuid::new_v4().to_string()).unwrap_or(HeaderValue::from_static("none")))
+    headers.get(&REQUEST_ID).filter(sane).cloned()
 }
 
 /// The method, or one word for all that nobody knows: labels must be few.
 fn known(method: &Method) -> &'static str {
-    const KNOWN: [&str; 7] = ["GET", "POST", "HEAD", "OPTIONS", "PUT", "DELETE", "PATCH"];
+    const KNOWN: [&str; 7] = ["POST", "GET", "HEAD", "OPTIONS", "PUT", "DELETE", "PATCH"];
     KNOWN.into_iter().find(|known| method == *known).unwrap_or("other")
 }
 
-fn shortened(path: &str) -> String {
-    path.chars().take(200).collect()
-}
-
-fn count(service: &Service, route: &str, method: &str, status: StatusCode, seconds: f64, received: Option<u64>, sent: Option<u64>) {
-    let metrics = &service.metrics;
-    let answered = Answered { route: route.into(), method: method.into(), status: status.as_u16() };
-    metrics.requests.get_or_create(&answered).inc();
-    let route = Route { route: route.into() };
-    metrics.duration.get_or_create(&route).observe(seconds);
-    if route.route.starts_with("/v1/") {
-        metrics.request_bytes.get_or_create(&route).observe(received.unwrap_or(0) as f64);
-        metrics.answer_bytes.get_or_create(&route).observe(sent.unwrap_or(0) as f64);
-    }
-}
-
-struct Line<'a> {
-    id: &'a str,
-    trace: &'a str,
-    method: &'static str,
-    path: &'a str,
-    status: StatusCode,
-    seconds: f64,
-}
-
-impl Line<'_> {
+impl Seen {
     /// Faults of ours are errors, a full service a warning; probes are of interest to few.
-    fn log(&self, route: &str) {
-        let Line { id: request_id, trace: trace_id, method, path, status, seconds } = *self;
+    fn log(&self, route: &str, status: StatusCode, seconds: f64) {
+        let (request_id, method) = (self.id.to_str().unwrap_or(""), self.method);
+        let of_span = || self.span.as_ref().map(Span::trace_id);
+        let trace_id = || of_span().or_else(|| self.parent.as_ref().map(|parent| parent.trace_id.clone())).unwrap_or_default();
+        let path = || self.uri.path().chars().take(200).collect::<String>();
         let status = status.as_u16();
         macro_rules! line {
             ($level:ident) => {
-                tracing::$level!(request_id, trace_id, method, path, status, seconds, "answered")
+                tracing::$level!(request_id, trace_id = trace_id(), method, path = path(), status, seconds, "answered")
             };
         }
         match status {
             500 => line!(error),
             501.. => line!(warn),
-            _ if route.starts_with("/v1/") || route == "none" => line!(info),
+            _ if route.starts_with("/v1/") || route == UNKNOWN => line!(info),
             _ => line!(debug),
         }
     }

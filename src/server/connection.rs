@@ -8,7 +8,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use axum::Router;
 use axum::body::Body;
 use axum::http::{HeaderValue, Request, Response, header};
 use bytes::Bytes;
@@ -27,9 +26,8 @@ use crate::config::Config;
 use crate::http::batch::Streaming;
 use crate::metrics::{Because, Metrics, Reason};
 
-/// The largest head of a request, in bytes and in headers.
+/// The largest head of a request. Of headers the parser allows 100.
 const HEAD_BYTES: usize = 32 * 1024;
-const HEADERS: usize = 64;
 /// How long the rest of a request that was answered early is read and thrown away, so that the client reads its answer
 /// before it learns that the connection is closed: in all, and without a byte.
 const LINGER: Duration = Duration::from_secs(5);
@@ -146,16 +144,21 @@ impl Progress {
     }
 }
 
+/// What answers requests.
+pub trait App: tower::Service<Request<Body>, Response = Response<Body>, Error = Infallible, Future: Send> + Clone + Send + 'static {}
+
+impl<A: tower::Service<Request<Body>, Response = Response<Body>, Error = Infallible, Future: Send> + Clone + Send + 'static> App for A {}
+
 /// Serves a connection until it ends, is too slow, or the service stops.
-pub async fn serve<S>(stream: S, router: Router, times: Times, mut stage: watch::Receiver<Stage>, metrics: &Metrics)
+pub async fn serve<S>(stream: S, app: impl App, times: Times, mut stage: watch::Receiver<Stage>, metrics: &Metrics)
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
     let progress = Progress::new();
     let io = TokioIo::new(Watched { stream, progress: progress.clone() });
-    let handler = Handler { router, progress: progress.clone(), stage: stage.clone() };
+    let handler = Handler { app, progress: progress.clone(), stage: stage.clone() };
     let mut builder = http1::Builder::new();
-    let mut connection = builder.max_buf_size(HEAD_BYTES).max_headers(HEADERS).serve_connection(io, handler);
+    let mut connection = builder.max_buf_size(HEAD_BYTES).serve_connection(io, handler);
     let mut draining = None;
     let ended = loop {
         let drain = async {
@@ -188,10 +191,15 @@ where
     }
 }
 
-type Connection<S> = http1::Connection<TokioIo<Watched<S>>, Handler>;
+type Connection<S, A> = http1::Connection<TokioIo<Watched<S>>, Handler<A>>;
 
 /// Drives a connection to its end, or to a limit: the error is the reason, none if the client broke it off.
-async fn run<S>(connection: &mut Connection<S>, progress: &Progress, times: &Times, draining: Option<Instant>) -> Result<(), Option<Reason>>
+async fn run<S, A: App>(
+    connection: &mut Connection<S, A>,
+    progress: &Progress,
+    times: &Times,
+    draining: Option<Instant>,
+) -> Result<(), Option<Reason>>
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
@@ -279,14 +287,14 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
     }
 }
 
-/// The router, told of the phases.
-struct Handler {
-    router: Router,
+/// The app, told of the phases.
+struct Handler<A> {
+    app: A,
     progress: Progress,
     stage: watch::Receiver<Stage>,
 }
 
-impl Service<Request<Incoming>> for Handler {
+impl<A: App> Service<Request<Incoming>> for Handler<A> {
     type Response = Response<Sent>;
     type Error = Infallible;
     type Future = Pin<Box<dyn Future<Output = Result<Self::Response, Infallible>> + Send>>;
@@ -294,10 +302,10 @@ impl Service<Request<Incoming>> for Handler {
     fn call(&self, request: Request<Incoming>) -> Self::Future {
         self.progress.enter(Phase::Request);
         self.progress.state().unread = !request.body().is_end_stream();
-        let (router, progress, stage) = (self.router.clone(), self.progress.clone(), self.stage.clone());
+        let (app, progress, stage) = (self.app.clone(), self.progress.clone(), self.stage.clone());
         Box::pin(async move {
             let arriving = |body| Body::new(Arriving { body, progress: progress.clone() });
-            let mut response = router.oneshot(request.map(arriving)).await?;
+            let mut response = app.oneshot(request.map(arriving)).await?;
             let is_stream = response.extensions().get::<Streaming>().is_some();
             progress.enter(if is_stream { Phase::Stream } else { Phase::Answer });
             // After a body that nobody reads, no further request can be told from its rest.
@@ -367,6 +375,7 @@ impl http_body::Body for Sent {
 
 #[cfg(test)]
 mod tests {
+    use axum::Router;
     use axum::routing::get;
     use tokio::io::{DuplexStream, duplex};
     use tokio::time::sleep;

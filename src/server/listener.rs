@@ -5,7 +5,6 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
 use axum::response::IntoResponse;
 use http_body_util::BodyExt;
 use tokio::io::AsyncWriteExt;
@@ -15,7 +14,7 @@ use tokio::time::{sleep, timeout};
 use tokio_rustls::TlsAcceptor;
 
 use super::Stage;
-use super::connection::{self, PARTING, Times};
+use super::connection::{self, App, PARTING, Times};
 use crate::config::Config;
 use crate::http::error::Problem;
 use crate::http::service::Service;
@@ -28,14 +27,14 @@ const TURNED_AWAY: usize = 64;
 const WAITING: usize = 4_096;
 
 /// Takes connections on one address.
-pub struct Listener {
+pub struct Listener<A> {
     socket: TcpListener,
-    host: Host,
+    host: Host<A>,
 }
 
 /// What a connection meets.
-struct Host {
-    router: Router,
+struct Host<A> {
+    app: A,
     tls: Option<TlsAcceptor>,
     metrics: Arc<Metrics>,
     times: Times,
@@ -44,11 +43,11 @@ struct Host {
     turned_away: Arc<Semaphore>,
 }
 
-impl Listener {
-    pub fn new(socket: TcpListener, router: Router, tls: Option<TlsAcceptor>, service: &Service, config: &Config) -> Self {
+impl<A: App> Listener<A> {
+    pub fn new(socket: TcpListener, app: A, tls: Option<TlsAcceptor>, service: &Service, config: &Config) -> Self {
         let most = config.connections;
         let (places, turned_away) = (Arc::new(Semaphore::new(most)), Arc::new(Semaphore::new(TURNED_AWAY)));
-        let host = Host { router, tls, metrics: service.metrics.clone(), times: Times::of(config), most, places, turned_away };
+        let host = Host { app, tls, metrics: service.metrics.clone(), times: Times::of(config), most, places, turned_away };
         Listener { socket, host }
     }
 
@@ -87,7 +86,7 @@ fn adopt(stream: std::net::TcpStream) -> io::Result<TcpStream> {
     TcpStream::from_std(stream)
 }
 
-impl Host {
+impl<A: App> Host<A> {
     /// Serves a connection on a task of its own, or tells it that there are too many.
     fn take(&self, stream: TcpStream, stage: &watch::Receiver<Stage>) {
         // Answers are written whole: waiting for more to send only delays them.
@@ -110,12 +109,12 @@ impl Host {
     }
 
     /// Serves one connection to its end.
-    fn connection(&self, stream: TcpStream, stage: watch::Receiver<Stage>) -> impl Future<Output = ()> + use<> {
-        let (router, tls, metrics, times) = (self.router.clone(), self.tls.clone(), self.metrics.clone(), self.times);
+    fn connection(&self, stream: TcpStream, stage: watch::Receiver<Stage>) -> impl Future<Output = ()> + use<A> {
+        let (app, tls, metrics, times) = (self.app.clone(), self.tls.clone(), self.metrics.clone(), self.times);
         async move {
             metrics.connections.inc();
             match tls {
-                None => connection::serve(stream, router, times, stage, &metrics).await,
+                None => connection::serve(stream, app, times, stage, &metrics).await,
                 // A handshake that fails or takes too long is no connection.
                 Some(tls) => {
                     let mut draining = stage.clone();
@@ -128,7 +127,7 @@ impl Host {
                         () = parting => None,
                     };
                     if let Some(stream) = shaken {
-                        connection::serve(stream, router, times, stage, &metrics).await;
+                        connection::serve(stream, app, times, stage, &metrics).await;
                     }
                 }
             }

@@ -10,6 +10,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::Router;
 use axum::http::HeaderValue;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::watch;
@@ -17,6 +18,7 @@ use tokio::time::{interval, sleep, timeout};
 
 use crate::config::Config;
 use crate::http;
+use crate::http::edge::Edge;
 use crate::http::service::Service;
 use listener::Listener;
 pub use signals::Signals;
@@ -36,8 +38,8 @@ enum Stage {
 pub struct Server {
     service: Arc<Service>,
     config: Config,
-    main: Listener,
-    metrics: Option<Listener>,
+    main: Listener<Edge>,
+    metrics: Option<Listener<Router>>,
 }
 
 impl Server {
@@ -52,8 +54,8 @@ impl Server {
         let service = Service::start(&config)?;
         let tls = tls::acceptor(&config)?;
         let origins = origins(&config.cors_origins)?;
-        let router = http::router(&service, &origins);
-        let main = Listener::new(bind(config.listen)?, router, tls, &service, &config);
+        let app = http::service(&service, &origins);
+        let main = Listener::new(bind(config.listen)?, app, tls, &service, &config);
         let metrics = match config.metrics_listen {
             Some(address) => Some(Listener::new(bind(address)?, http::metrics_router(&service), None, &service, &config)),
             None => None,

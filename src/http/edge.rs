@@ -1,0 +1,159 @@
+//! What is done to every request before its route is looked for, and to every answer after.
+//!
+//! One function rather than a layer for each concern: a layer clones and boxes what it wraps, for every request anew, which cost more
+//! than computing a small answer.
+
+use std::convert::Infallible;
+use std::panic::AssertUnwindSafe;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::Request;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use futures_util::FutureExt;
+use tower::{Layer, ServiceExt, service_fn};
+use tower_http::CompressionLevel;
+use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::SizeAbove;
+use tower_http::cors::{AllowOrigin, CorsLayer};
+
+use super::error::Problem;
+use super::observe::{self, Observer};
+use super::service::Service;
+
+/// Answers from this size on are compressed, for clients that ask for gzip.
+const COMPRESSED: u64 = 1_024;
+
+/// The service as a connection meets it.
+#[derive(Clone)]
+pub struct Edge(Arc<Inside>);
+
+struct Inside {
+    service: Arc<Service>,
+    observer: Observer,
+    cors: Option<CorsLayer>,
+    router: Router,
+}
+
+impl Edge {
+    /// Around these routes; pages of these origins may call from a browser.
+    pub fn new(service: &Arc<Service>, cors_origins: &[HeaderValue], paths: impl Iterator<Item = String>, router: Router) -> Self {
+        let observer = Observer::new(service, paths);
+        Edge(Arc::new(Inside { service: service.clone(), observer, cors: cors(cors_origins), router }))
+    }
+}
+
+impl tower::Service<Request> for Edge {
+    type Response = Response;
+    type Error = Infallible;
+    type Future = Pin<Box<dyn Future<Output = Result<Response, Infallible>> + Send>>;
+
+    fn poll_ready(&mut self, _: &mut Context<'_>) -> Poll<Result<(), Infallible>> {
+        Poll::Ready(Ok(()))
+    }
+
+    fn call(&mut self, request: Request) -> Self::Future {
+        let inside = self.0.clone();
+        Box::pin(async move { Ok(inside.answer(request).await) })
+    }
+}
+
+impl Inside {
+    async fn answer(self: Arc<Self>, request: Request) -> Response {
+        let seen = self.observer.begin(&request);
+        let is_page = request.uri().path().starts_with("/docs");
+        let encodings = request.headers().get(header::ACCEPT_ENCODING).cloned();
+        let mut response = match &self.cors {
+            None => self.route(request).await,
+            Some(cors) => {
+                let inside = self.clone();
+                let route = service_fn(move |request| {
+                    let inside = inside.clone();
+                    async move { Ok::<_, Infallible>(inside.route(request).await) }
+                });
+                cors.layer(route).oneshot(request).await.unwrap_or_else(|never| match never {})
+            }
+        };
+        if let Some(encodings) = encodings {
+            response = compressed(encodings, response).await;
+        }
+        add_security_headers(response.headers_mut(), is_page);
+        self.observer.end(seen, &mut response);
+        response
+    }
+
+    /// Asks for the key, finds the route, and answers what panics or finds nothing.
+    async fn route(&self, request: Request) -> Response {
+        if let Err(problem) = self.admit(&request) {
+            return problem.into_response();
+        }
+        // The documentation answers an unknown file in plain text; this service answers every error as a problem.
+        let page = request.uri().path().starts_with("/docs").then(|| request.uri().clone());
+        let answered = AssertUnwindSafe(self.router.clone().oneshot(request)).catch_unwind().await;
+        let Ok(Ok(response)) = answered else {
+            self.service.metrics.panics.inc();
+            return Problem::internal().into_response();
+        };
+        match page {
+            Some(uri) if response.status() == StatusCode::NOT_FOUND => super::not_found(uri).await.into_response(),
+            _ => response,
+        }
+    }
+
+    /// Operations and metrics ask for a key where keys are set; probes and documentation do not.
+    fn admit(&self, request: &Request) -> Result<(), Problem> {
+        let keys = &self.service.keys;
+        let open = !keys.are_required() || !matches!(request.uri().path(), path if path.starts_with("/v1/") || path == "/metrics");
+        if open || keys.admit(request.headers()) { Ok(()) } else { Err(unauthorized(request.headers())) }
+    }
+}
+
+fn unauthorized(headers: &HeaderMap) -> Problem {
+    let given = headers.contains_key(header::AUTHORIZATION) || headers.contains_key("x-api-key");
+    let what = if given { "the API key is not known" } else { "no API key was sent" };
+    let detail = format!("{what}; send a valid one as Authorization: Bearer KEY, or as X-Api-Key: KEY");
+    Problem::new(StatusCode::UNAUTHORIZED, "unauthorized", "An API key is needed", detail)
+}
+
+/// The answer, compressed where the client takes that and it is long enough.
+async fn compressed(encodings: HeaderValue, response: Response) -> Response {
+    let mut question = Request::new(Body::empty());
+    question.headers_mut().insert(header::ACCEPT_ENCODING, encodings);
+    let layer = CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(SizeAbove::new(COMPRESSED));
+    let mut response = Some(response);
+    let ready = service_fn(move |_| std::future::ready(Ok::<_, Infallible>(response.take().unwrap_or_default())));
+    layer.layer(ready).oneshot(question).await.unwrap_or_else(|never| match never {}).map(Body::new)
+}
+
+/// Headers that keep a browser from doing more with an answer than reading it.
+fn add_security_headers(headers: &mut HeaderMap, is_page: bool) {
+    let policy = if is_page {
+        "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-ancestors 'none'"
+    } else {
+        "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
+    };
+    headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    if !is_page {
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    }
+}
+
+/// Which pages of other origins may call from a browser: none unless they are named.
+fn cors(origins: &[HeaderValue]) -> Option<CorsLayer> {
+    let origin = match origins {
+        [] => return None,
+        [only] if only == "*" => AllowOrigin::any(),
+        several => AllowOrigin::list(several.iter().cloned()),
+    };
+    let sent = ["content-type", "accept", "authorization", "x-api-key", "x-request-id", "traceparent", "tracestate"];
+    let read = [observe::REQUEST_ID, header::RETRY_AFTER];
+    let layer = CorsLayer::new().allow_origin(origin).allow_methods([Method::GET, Method::POST]);
+    let two_hours = std::time::Duration::from_secs(7_200);
+    Some(layer.allow_headers(sent.map(HeaderName::from_static)).expose_headers(read).max_age(two_hours))
+}
