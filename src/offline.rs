@@ -1,7 +1,6 @@
 //! The operations without a server: from standard input to standard output, with the same code and the same bytes.
 
 use std::io::{self, BufRead, IsTerminal, Read, Write};
-use std::sync::Arc;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
@@ -13,14 +12,9 @@ use crate::http::lines::{Cutter, Part};
 use crate::http::operations::{self, BY_NAME};
 use crate::http::paper::Paper;
 use crate::http::shape::Shape;
-use crate::metrics::Metrics;
 
 /// Bytes read before their lines are computed, over all cores.
 const ROUND: usize = 8 * 1024 * 1024;
-
-fn unlimited() -> Arc<Budget> {
-    Budget::new(usize::MAX, Arc::new(Metrics::default()))
-}
 
 /// One operation: a request in, its answer out.
 ///
@@ -34,7 +28,7 @@ pub fn operation(name: &str, mut input: impl Read, mut output: impl Write) -> Re
     if body.len() > limits::BODY_BYTES {
         return Err(format!("the request exceeds {} bytes; send the data in parts", limits::BODY_BYTES));
     }
-    let mut paper = Paper::new(&unlimited());
+    let mut paper = Paper::new(&Budget::unlimited());
     let written = check_depth(&body, MAX_DEPTH).and_then(|()| answer(&body, Shape::default(), &mut paper));
     written.map_err(|problem| serde_json::to_string_pretty(&problem).unwrap_or_else(|_| problem.to_string()))?;
     let written = paper.finish().into_iter().try_for_each(|sheet| output.write_all(&sheet));
@@ -46,7 +40,7 @@ pub fn operation(name: &str, mut input: impl Read, mut output: impl Write) -> Re
 /// # Errors
 /// Input or output that fails.
 pub fn batch(mut input: impl BufRead, mut output: impl Write, total: Option<u64>) -> io::Result<()> {
-    let (budget, bar) = (unlimited(), bar(total));
+    let (budget, bar) = (Budget::unlimited(), bar(total));
     let mut cutter = Cutter::default();
     loop {
         let mut parts = Vec::new();

@@ -42,6 +42,11 @@ pub fn run<T>(cancel: &Cancel, computation: impl FnOnce() -> T) -> T {
     computation()
 }
 
+/// What ends the computation on this thread; for the threads that help it.
+pub fn current() -> Cancel {
+    CURRENT.with_borrow(|current| current.clone().unwrap_or_default())
+}
+
 /// Ends a computation that nobody waits for; a few nanoseconds otherwise.
 ///
 /// # Errors

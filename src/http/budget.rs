@@ -29,6 +29,11 @@ impl Budget {
     pub fn new(most: usize, metrics: Arc<Metrics>) -> Arc<Self> {
         Arc::new(Budget { held: AtomicUsize::new(0), most, metrics })
     }
+
+    /// One without end, for whoever serves nobody.
+    pub fn unlimited() -> Arc<Self> {
+        Budget::new(usize::MAX, Arc::default())
+    }
 }
 
 impl Reservation {

@@ -180,9 +180,9 @@ impl Call {
         Answer: 'static,
     {
         let Call { service, body, form, shape, deadline, .. } = self;
-        let budget = service.budget.clone();
+        let written_by = service.clone();
         let written = move |request: Request| -> Result<Sheets, Problem> {
-            let mut paper = Paper::new(&budget);
+            let mut paper = Paper::new(&written_by.budget).with_hands(1 + written_by.pool.idle());
             write(&operation(request)?, shape, &mut paper)?;
             Ok(paper.finish())
         };

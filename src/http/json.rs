@@ -5,13 +5,14 @@ use std::io;
 use axum::http::StatusCode;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::ser::Formatter;
 use serde_path_to_error::{Path, Segment};
 
+use super::budget::Budget;
 use super::error::Problem;
 use super::paper::{Paper, Stopped};
-use super::shape::{self, Shape};
+use super::shape::Shape;
 use super::wire::TOO_LONG;
+use super::writer;
 use crate::core::error::{Error, Fault};
 use crate::core::work::checkpoint;
 
@@ -151,7 +152,7 @@ fn depth(body: &[u8]) -> usize {
 /// [`Fault::Overflow`] where a number is infinite or not a number: JSON has neither, and `null` is no number. What
 /// [`not_written`] says where the paper ends.
 pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Result<(), Problem> {
-    if shape.is_plain() { write_to(answer, paper) } else { shape::write(answer, shape, paper).map_err(|error| not_written(error.0)) }
+    writer::write(answer, shape, paper).map_err(|error| not_written(error.0))
 }
 
 /// The same in one piece, for whoever sends it nowhere.
@@ -159,13 +160,8 @@ pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Resul
 /// # Errors
 /// [`Fault::Overflow`], as [`write()`].
 pub fn to_bytes<T: Serialize>(answer: &T) -> Result<Vec<u8>, Problem> {
-    let mut bytes = Vec::new();
-    write_to(answer, &mut bytes).map(|()| bytes)
-}
-
-fn write_to<T: Serialize>(answer: &T, writer: impl io::Write) -> Result<(), Problem> {
-    let mut serializer = serde_json::Serializer::with_formatter(writer, Strict);
-    answer.serialize(&mut serializer).map_err(|error| not_written(error.into()))
+    let mut paper = Paper::new(&Budget::unlimited());
+    write(answer, Shape::default(), &mut paper).map(|()| paper.finish().concat())
 }
 
 /// Why a text could not be written to its end.
@@ -177,19 +173,9 @@ pub fn not_written(error: io::Error) -> Problem {
     }
 }
 
-/// Writes compact JSON, but never `null`: no answer has one, so it could only stand for a number that overflowed.
-struct Strict;
-
-impl Formatter for Strict {
-    fn write_null<W: ?Sized + io::Write>(&mut self, _: &mut W) -> io::Result<()> {
-        Err(io::Error::other("not a finite number"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::http::budget::Budget;
 
     fn written(numbers: &[f64]) -> Result<Vec<u8>, Problem> {
         let mut paper = Paper::new(&Budget::new(0, std::sync::Arc::default()));

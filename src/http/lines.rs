@@ -143,8 +143,11 @@ fn refused(number: usize, id: Option<&Id>, problem: &Problem, paper: &mut Paper)
 #[derive(Debug, Default)]
 pub struct Cutter {
     rest: Vec<u8>,
-    /// Where in the rest no line end has been looked for.
+    /// How much of the rest has been searched for ends of lines, how many it has, and where the last is.
     seen: usize,
+    whole: usize,
+    end: usize,
+    /// The lines cut off already.
     lines: usize,
 }
 
@@ -166,33 +169,28 @@ impl Cutter {
 
     /// The next part, if there are enough whole lines for one.
     pub fn part(&mut self) -> Option<Part> {
-        let (mut count, mut end) = (0, None);
-        for (i, byte) in self.rest.iter().enumerate().skip(self.seen.min(self.rest.len())) {
-            if *byte == b'\n' {
-                count += 1;
-                end = Some(i + 1);
-                if i + 1 >= PART_BYTES || count == PART_LINES {
-                    return Some(self.cut(i + 1));
-                }
+        while let Some(length) = self.rest[self.seen..].iter().position(|byte| *byte == b'\n') {
+            self.seen += length + 1;
+            self.whole += 1;
+            self.end = self.seen;
+            if self.end >= PART_BYTES || self.whole == PART_LINES {
+                return Some(self.cut(self.end));
             }
         }
-        // One line longer than a part.
-        if end.is_none() && self.seen == 0 {
-            self.seen = self.rest.len().saturating_sub(1);
-        }
+        self.seen = self.rest.len();
         None
     }
 
-    /// What is left: whole lines, and at the end of the stream one without its end.
+    /// What is left of what [`Cutter::part`] has seen: whole lines, and at the end of the stream one without its end.
     pub fn rest(&mut self, is_end: bool) -> Option<Part> {
-        let end = if is_end { Some(self.rest.len()) } else { self.rest.iter().rposition(|byte| *byte == b'\n').map(|i| i + 1) };
-        end.filter(|end| *end > 0).map(|end| self.cut(end))
+        let end = if is_end { self.rest.len() } else { self.end };
+        (end > 0).then(|| self.cut(end))
     }
 
     fn cut(&mut self, end: usize) -> Part {
         let rest = self.rest.split_off(end);
         let text = std::mem::replace(&mut self.rest, rest);
-        self.seen = 0;
+        (self.seen, self.whole, self.end) = (0, 0, 0);
         let part = Part { first: self.lines + 1, text };
         self.lines += part.lines();
         part

@@ -17,6 +17,7 @@ pub mod json;
 pub mod keys;
 pub mod lines;
 pub mod negotiate;
+pub mod numbers;
 pub mod observe;
 pub mod operations;
 pub mod paper;
@@ -31,6 +32,7 @@ pub mod surface_subdivide;
 pub mod surface_tessellate;
 pub mod to_bspline;
 pub mod wire;
+pub mod writer;
 
 use std::sync::Arc;
 

@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn parameters_are_known_and_single() {
-        assert!(shape(None).unwrap().is_plain());
+        assert_eq!(shape(None).unwrap(), Shape::default());
         assert_eq!(
             shape(Some("precision=6&layout=flat")).unwrap(),
             Shape { precision: Precision::Digits(6), layout: Layout::Flat, raw: false }

@@ -26,6 +26,7 @@ pub struct Paper {
     sheet: Vec<u8>,
     budget: Arc<Budget>,
     reservation: Option<Reservation>,
+    hands: usize,
 }
 
 /// Why writing stopped.
@@ -61,12 +62,37 @@ pub struct Sheets {
 impl Paper {
     /// A blank sheet.
     pub fn new(budget: &Arc<Budget>) -> Self {
-        Paper { full: VecDeque::new(), sheet: Vec::with_capacity(FIRST), budget: budget.clone(), reservation: None }
+        Paper { full: VecDeque::new(), sheet: Vec::with_capacity(FIRST), budget: budget.clone(), reservation: None, hands: 1 }
+    }
+
+    /// The same, to be written with so many hands at once.
+    pub fn with_hands(self, hands: usize) -> Self {
+        Paper { hands, ..self }
+    }
+
+    /// How many threads may write parts of it at once.
+    pub fn hands(&self) -> usize {
+        self.hands
     }
 
     /// Another blank sheet, paid from the same budget.
     pub fn sibling(&self) -> Self {
-        Paper::new(&self.budget)
+        Paper { full: VecDeque::new(), sheet: Vec::new(), budget: self.budget.clone(), reservation: None, hands: self.hands }
+    }
+
+    /// The same, with its first sheet counted against the budget too.
+    ///
+    /// # Errors
+    /// [`Stopped::NoRoom`].
+    pub fn paid_sibling(&self) -> io::Result<Self> {
+        let mut reservation = Reservation::of(&self.budget);
+        reservation.grow_to(SHEET).map_err(|_| io::Error::other(Stopped::NoRoom))?;
+        Ok(Paper { reservation: Some(reservation), ..self.sibling() })
+    }
+
+    /// So much is about to be written: takes the room at once instead of bit by bit.
+    pub fn expect(&mut self, bytes: usize) {
+        self.sheet.reserve_exact(bytes.min(SHEET.saturating_sub(self.sheet.len())));
     }
 
     /// Adds a finished text at the end.
@@ -86,6 +112,18 @@ impl Paper {
             return Ok(());
         }
         sheets.sheets.iter().try_for_each(|sheet| io::Write::write_all(self, sheet))
+    }
+
+    /// A larger sheet, or a new one.
+    #[cold]
+    fn make_room(&mut self, bytes: usize) -> io::Result<()> {
+        let needed = self.sheet.len() + bytes;
+        if needed > SHEET && !self.sheet.is_empty() {
+            return self.turn().map_err(io::Error::other);
+        }
+        let larger = (2 * self.sheet.capacity()).clamp(FIRST, SHEET).max(needed);
+        self.sheet.reserve_exact(larger - self.sheet.len());
+        Ok(())
     }
 
     /// Puts the full sheet away and takes a blank one that is paid for.
@@ -116,8 +154,8 @@ impl io::Write for Paper {
 
     #[inline]
     fn write_all(&mut self, text: &[u8]) -> io::Result<()> {
-        if self.sheet.len() + text.len() > SHEET && !self.sheet.is_empty() {
-            self.turn().map_err(io::Error::other)?;
+        if self.sheet.capacity() - self.sheet.len() < text.len() {
+            self.make_room(text.len())?;
         }
         self.sheet.extend_from_slice(text);
         Ok(())

@@ -71,6 +71,11 @@ impl Pool {
         self.threads.current_num_threads()
     }
 
+    /// How many workers have nothing to do now.
+    pub fn idle(&self) -> usize {
+        self.workers().saturating_sub(self.admitted.load(Ordering::Relaxed))
+    }
+
     /// Whether one more computation would be admitted now.
     pub fn has_room(&self) -> bool {
         self.admitted.load(Ordering::Relaxed) < self.most

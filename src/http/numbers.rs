@@ -1,0 +1,245 @@
+//! Lists of numbers and of points: gathered from what is serialised, and written in one go.
+
+use std::io::Write;
+use std::thread;
+
+use serde::ser::{self, Impossible, Serialize, SerializeTuple};
+
+use super::paper::Paper;
+use super::shape::{Layout, Precision, Shape};
+use super::writer::{Unwritten, not_finite, refuse, refuse_compounds};
+use crate::core::work;
+
+/// A list of numbers (0 columns), or of points with so many coordinates.
+#[derive(Debug, Default)]
+pub struct Numbers {
+    pub columns: usize,
+    pub values: Vec<f64>,
+}
+
+/// As many numbers as are worth another thread: their text takes some hundred microseconds, a thread some ten.
+const WORTH: usize = 8_192;
+/// What a number takes in JSON, mostly; with its comma.
+const DIGITS: usize = 21;
+
+impl Numbers {
+    /// The list that begins with this entry and has so many; none if the entry is no number and no point.
+    pub fn beginning_with<T: ?Sized + Serialize>(first: &T, rows: usize) -> Option<Self> {
+        let mut values = Vec::new();
+        let columns = first.serialize(Gather(&mut values)).ok()?;
+        values.reserve_exact(rows.saturating_sub(1).saturating_mul(columns.max(1)));
+        Some(Numbers { columns, values })
+    }
+
+    /// Adds an entry.
+    #[inline]
+    pub fn push<T: ?Sized + Serialize>(&mut self, entry: &T) -> Result<(), Unwritten> {
+        entry.serialize(Gather(&mut self.values)).map(drop)
+    }
+
+    /// How many numbers or points.
+    pub fn rows(&self) -> usize {
+        self.values.len() / self.columns.max(1)
+    }
+
+    /// Rounds every number; refuses what is not finite then.
+    pub fn round(&mut self, precision: Precision) -> Result<(), Unwritten> {
+        if precision != Precision::Full {
+            self.values.iter_mut().for_each(|value| *value = precision.round(*value));
+        }
+        // Not `all`, which would end early: so the loop takes many at once.
+        let finite = self.values.iter().fold(true, |finite, value| finite & value.is_finite());
+        if finite { Ok(()) } else { Err(not_finite()) }
+    }
+
+    /// Writes the bytes of every number.
+    pub fn write_raw(&self, precision: Precision, paper: &mut Paper) -> Result<(), Unwritten> {
+        let mut bytes = [0; 8 * 512];
+        for values in self.values.chunks(512) {
+            let length = if precision == Precision::Single {
+                bytes.chunks_exact_mut(4).zip(values).for_each(|(to, value)| to.copy_from_slice(&(*value as f32).to_le_bytes()));
+                4 * values.len()
+            } else {
+                bytes.chunks_exact_mut(8).zip(values).for_each(|(to, value)| to.copy_from_slice(&value.to_le_bytes()));
+                8 * values.len()
+            };
+            paper.write_all(&bytes[..length])?;
+        }
+        Ok(())
+    }
+
+    /// Writes the list as JSON; a long one on several threads, each its part.
+    pub fn write_json(&self, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
+        paper.write_all(b"[")?;
+        let width = self.columns.max(1);
+        let hands = paper.hands().min(self.values.len() / WORTH).max(1);
+        let mut parts = self.values.chunks(self.rows().div_ceil(hands).max(1) * width);
+        let first = parts.next().unwrap_or_default();
+        let cancel = work::current();
+        let write = |part: &[f64], paper: &mut Paper| work::run(&cancel, || write_part(part, self.columns, shape, paper));
+        thread::scope(|scope| {
+            let mut others = Vec::new();
+            for part in parts {
+                let mut own = paper.paid_sibling()?;
+                let write = &write;
+                others.push(scope.spawn(move || {
+                    own.write_all(b",")?;
+                    write(part, &mut own).map(|()| own.finish())
+                }));
+            }
+            write(first, paper)?;
+            for other in others {
+                paper.append(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+            }
+            paper.write_all(b"]").map_err(Unwritten::from)
+        })
+    }
+}
+
+/// Whole rows, separated by commas.
+fn write_part(values: &[f64], columns: usize, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
+    paper.expect(values.len() * DIGITS);
+    let nested = columns > 0 && shape.layout == Layout::Nested;
+    let mut separator: &[u8] = b"";
+    for row in values.chunks(columns.max(1)) {
+        paper.write_all(separator)?;
+        separator = b"";
+        if nested {
+            paper.write_all(b"[")?;
+        }
+        for value in row {
+            paper.write_all(separator)?;
+            write_number(*value, shape.precision, &mut *paper)?;
+            separator = b",";
+        }
+        if nested {
+            paper.write_all(b"]")?;
+        }
+    }
+    Ok(())
+}
+
+/// A number in JSON, rounded already.
+pub fn write_number(value: f64, precision: Precision, text: impl Write) -> Result<(), Unwritten> {
+    let written =
+        if precision == Precision::Single { serde_json::to_writer(text, &(value as f32)) } else { serde_json::to_writer(text, &value) };
+    written.map_err(Unwritten::from)
+}
+
+/// Takes the numbers of a number (0 columns) or of a point (as many as coordinates); refuses anything else.
+struct Gather<'a>(&'a mut Vec<f64>);
+
+/// The coordinates of a point.
+struct Coordinates<'a> {
+    values: &'a mut Vec<f64>,
+    columns: usize,
+}
+
+impl SerializeTuple for Coordinates<'_> {
+    type Ok = usize;
+    type Error = Unwritten;
+
+    #[inline]
+    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
+        value.serialize(Gather(self.values))?;
+        self.columns += 1;
+        Ok(())
+    }
+
+    #[inline]
+    fn end(self) -> Result<usize, Unwritten> {
+        Ok(self.columns)
+    }
+}
+
+impl<'a> ser::Serializer for Gather<'a> {
+    type Ok = usize;
+    type Error = Unwritten;
+    type SerializeSeq = Impossible<usize, Unwritten>;
+    type SerializeTuple = Coordinates<'a>;
+    type SerializeStruct = Impossible<usize, Unwritten>;
+
+    refuse_compounds!(usize);
+    refuse! { usize; serialize_bool(bool) serialize_i8(i8) serialize_i16(i16) serialize_i32(i32) serialize_i64(i64) serialize_u8(u8)
+    serialize_u16(u16) serialize_u32(u32) serialize_u64(u64) serialize_f32(f32) serialize_char(char) serialize_str(&str)
+    serialize_bytes(&[u8]) serialize_none() serialize_unit() serialize_unit_struct(&'static str)
+    serialize_unit_variant(&'static str, u32, &'static str) }
+
+    #[inline]
+    fn serialize_f64(self, value: f64) -> Result<usize, Unwritten> {
+        self.0.push(value);
+        Ok(0)
+    }
+
+    fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<usize, Unwritten> {
+        value.serialize(self)
+    }
+
+    fn serialize_newtype_struct<T: ?Sized + Serialize>(self, _: &'static str, value: &T) -> Result<usize, Unwritten> {
+        value.serialize(self)
+    }
+
+    fn serialize_seq(self, _: Option<usize>) -> Result<Self::SerializeSeq, Unwritten> {
+        Err(ser::Error::custom("not a number"))
+    }
+
+    #[inline]
+    fn serialize_tuple(self, _: usize) -> Result<Coordinates<'a>, Unwritten> {
+        Ok(Coordinates { values: self.0, columns: 0 })
+    }
+
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeStruct, Unwritten> {
+        Err(ser::Error::custom("not a number"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::http::budget::Budget;
+
+    fn numbers(columns: usize, rows: usize) -> Numbers {
+        let values = (0..rows * columns.max(1)).map(|i| (i as f64 * 0.7).sin() * 10f64.powi(i as i32 % 40 - 20)).collect();
+        Numbers { columns, values }
+    }
+
+    fn written(numbers: &Numbers, shape: Shape, hands: usize) -> Vec<u8> {
+        let budget = Budget::new(1 << 30, std::sync::Arc::default());
+        let mut paper = Paper::new(&budget).with_hands(hands);
+        numbers.write_json(shape, &mut paper).unwrap();
+        paper.finish().concat()
+    }
+
+    #[test]
+    fn a_list_is_what_serde_json_writes_however_many_write_it() {
+        for rows in [1, 2, 3 * WORTH, 100_000] {
+            let points = numbers(3, rows);
+            let nested: Vec<&[f64]> = points.values.chunks(3).collect();
+            let (nested, flat) = (serde_json::to_vec(&nested).unwrap(), serde_json::to_vec(&points.values).unwrap());
+            for hands in [1, 2, 3, 7] {
+                assert!(written(&points, Shape::default(), hands) == nested, "{rows} rows, {hands} hands");
+                assert!(written(&points, Shape { layout: Layout::Flat, ..Shape::default() }, hands) == flat, "{rows} rows, {hands} hands");
+                assert!(
+                    written(&Numbers { columns: 0, ..numbers(3, rows) }, Shape::default(), hands) == flat,
+                    "{rows} rows, {hands} hands"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused() {
+        assert!(Numbers::beginning_with(&"text", 1).is_none());
+        assert!(Numbers::beginning_with(&vec![1.0], 1).is_none());
+        let mut points = Numbers::beginning_with(&[1.0, f64::INFINITY], 1).unwrap();
+        assert_eq!((points.columns, points.rows()), (2, 1));
+        assert!(points.round(Precision::Full).is_err());
+    }
+
+    #[test]
+    fn a_budget_that_is_spent_ends_a_list_of_many_hands() {
+        let budget = Budget::new(0, std::sync::Arc::default());
+        let mut paper = Paper::new(&budget).with_hands(2);
+        assert!(numbers(3, 100_000).write_json(Shape::default(), &mut paper).is_err());
+    }
+}

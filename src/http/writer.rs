@@ -1,0 +1,358 @@
+//! Answers to text: a serialiser that hands lists of numbers to [`numbers`](super::numbers) and writes the rest itself.
+
+use std::io::{self, Write};
+
+use serde::ser::{self, Impossible, Serialize, SerializeSeq, SerializeStruct, SerializeTuple};
+
+use super::numbers::{Numbers, write_number};
+use super::paper::Paper;
+use super::shape::{MAGIC, PREFIX, Precision, Shape};
+
+/// Why an answer cannot be written.
+#[derive(Debug)]
+pub struct Unwritten(pub io::Error);
+
+impl std::fmt::Display for Unwritten {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl std::error::Error for Unwritten {}
+
+impl ser::Error for Unwritten {
+    fn custom<T: std::fmt::Display>(message: T) -> Self {
+        Unwritten(io::Error::other(message.to_string()))
+    }
+}
+
+impl From<io::Error> for Unwritten {
+    fn from(error: io::Error) -> Self {
+        Unwritten(error)
+    }
+}
+
+impl From<serde_json::Error> for Unwritten {
+    fn from(error: serde_json::Error) -> Self {
+        Unwritten(error.into())
+    }
+}
+
+/// Neither JSON nor the raw format has numbers that are not finite.
+pub(super) fn not_finite() -> Unwritten {
+    Unwritten(io::Error::other("not a finite number"))
+}
+
+/// Writes an answer.
+///
+/// # Errors
+/// A number that is not finite; the paper ends.
+pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
+    let mut writer = Writer { shape, header: Vec::new(), data: paper.sibling(), count: 0, paper };
+    answer.serialize(&mut writer)?;
+    writer.finish()
+}
+
+/// In the raw format the header grows beside the numbers; otherwise everything goes to the paper.
+struct Writer<'a> {
+    shape: Shape,
+    header: Vec<u8>,
+    /// The numbers of the raw format.
+    data: Paper,
+    /// How many there are.
+    count: usize,
+    paper: &'a mut Paper,
+}
+
+impl Writer<'_> {
+    fn text(&mut self, text: &[u8]) -> Result<(), Unwritten> {
+        if self.shape.raw {
+            self.header.extend_from_slice(text);
+            return Ok(());
+        }
+        self.paper.write_all(text).map_err(Unwritten::from)
+    }
+
+    fn json(&mut self, value: &impl Serialize) -> Result<(), Unwritten> {
+        let written =
+            if self.shape.raw { serde_json::to_writer(&mut self.header, value) } else { serde_json::to_writer(&mut *self.paper, value) };
+        written.map_err(Unwritten::from)
+    }
+
+    /// A number by itself.
+    fn number(&mut self, value: f64) -> Result<(), Unwritten> {
+        let value = self.shape.precision.round(value);
+        if !value.is_finite() {
+            return Err(not_finite());
+        }
+        if self.shape.raw {
+            write_number(value, self.shape.precision, &mut self.header)
+        } else {
+            write_number(value, self.shape.precision, &mut *self.paper)
+        }
+    }
+
+    /// A list of numbers or of points.
+    fn numbers(&mut self, mut numbers: Numbers) -> Result<(), Unwritten> {
+        let precision = self.shape.precision;
+        numbers.round(precision)?;
+        if !self.shape.raw {
+            return numbers.write_json(self.shape, self.paper);
+        }
+        let name = if precision == Precision::Single { "$f32" } else { "$f64" };
+        let reference = format!("{{\"{name}\":[{},{},{}]}}", self.count, numbers.rows(), numbers.columns);
+        self.count += numbers.values.len();
+        numbers.write_raw(precision, &mut self.data)?;
+        self.text(reference.as_bytes())
+    }
+
+    fn finish(mut self) -> Result<(), Unwritten> {
+        if !self.shape.raw {
+            return Ok(());
+        }
+        let padding = (PREFIX + self.header.len()).next_multiple_of(8) - PREFIX - self.header.len();
+        self.header.extend(std::iter::repeat_n(b' ', padding));
+        let length = u32::try_from(self.header.len()).map_err(|_| not_finite())?;
+        self.paper.write_all(MAGIC)?;
+        self.paper.write_all(&length.to_le_bytes())?;
+        self.paper.write_all(&[0; 4])?;
+        self.paper.write_all(&self.header)?;
+        self.paper.append(self.data.finish());
+        Ok(())
+    }
+}
+
+/// A list: of numbers or points, or of something else; its first entry decides.
+struct List<'a, 'b> {
+    writer: &'a mut Writer<'b>,
+    /// How many entries there will be.
+    length: usize,
+    kind: Kind,
+}
+
+enum Kind {
+    Empty,
+    Numbers(Numbers),
+    /// Whatever it is, as JSON.
+    Plain,
+}
+
+impl SerializeSeq for List<'_, '_> {
+    type Ok = ();
+    type Error = Unwritten;
+
+    #[inline]
+    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
+        match &mut self.kind {
+            Kind::Numbers(numbers) => return numbers.push(value),
+            Kind::Plain => self.writer.text(b",")?,
+            Kind::Empty => {
+                if let Some(numbers) = Numbers::beginning_with(value, self.length) {
+                    self.kind = Kind::Numbers(numbers);
+                    return Ok(());
+                }
+                self.kind = Kind::Plain;
+                self.writer.text(b"[")?;
+            }
+        }
+        value.serialize(&mut *self.writer)
+    }
+
+    fn end(self) -> Result<(), Unwritten> {
+        match self.kind {
+            Kind::Empty => self.writer.text(b"[]"),
+            Kind::Numbers(numbers) => self.writer.numbers(numbers),
+            Kind::Plain => self.writer.text(b"]"),
+        }
+    }
+}
+
+/// What no answer holds, or no list of numbers.
+pub(super) fn other<T>() -> Result<T, Unwritten> {
+    Err(ser::Error::custom("not a number"))
+}
+
+macro_rules! refuse {
+    ($ok:ty; $($name:ident($($type:ty),*))*) => {
+        $(fn $name(self $(, _: $type)*) -> Result<$ok, Unwritten> { $crate::http::writer::other() })*
+    };
+}
+
+macro_rules! refuse_compounds {
+    ($ok:ty) => {
+        type SerializeTupleStruct = Impossible<$ok, Unwritten>;
+        type SerializeTupleVariant = Impossible<$ok, Unwritten>;
+        type SerializeMap = Impossible<$ok, Unwritten>;
+        type SerializeStructVariant = Impossible<$ok, Unwritten>;
+
+        fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeTupleStruct, Unwritten> {
+            $crate::http::writer::other()
+        }
+        fn serialize_tuple_variant(
+            self,
+            _: &'static str,
+            _: u32,
+            _: &'static str,
+            _: usize,
+        ) -> Result<Self::SerializeTupleVariant, Unwritten> {
+            $crate::http::writer::other()
+        }
+        fn serialize_map(self, _: Option<usize>) -> Result<Self::SerializeMap, Unwritten> {
+            $crate::http::writer::other()
+        }
+        fn serialize_struct_variant(
+            self,
+            _: &'static str,
+            _: u32,
+            _: &'static str,
+            _: usize,
+        ) -> Result<Self::SerializeStructVariant, Unwritten> {
+            $crate::http::writer::other()
+        }
+        fn serialize_newtype_variant<T: ?Sized + Serialize>(
+            self,
+            _: &'static str,
+            _: u32,
+            _: &'static str,
+            _: &T,
+        ) -> Result<$ok, Unwritten> {
+            $crate::http::writer::other()
+        }
+    };
+}
+
+pub(super) use {refuse, refuse_compounds};
+
+/// An object.
+struct Object<'a, 'b> {
+    writer: &'a mut Writer<'b>,
+    first: bool,
+}
+
+impl SerializeStruct for Object<'_, '_> {
+    type Ok = ();
+    type Error = Unwritten;
+
+    fn serialize_field<T: ?Sized + Serialize>(&mut self, key: &'static str, value: &T) -> Result<(), Unwritten> {
+        self.writer.text(if std::mem::take(&mut self.first) { b"" } else { b"," })?;
+        self.writer.json(&key)?;
+        self.writer.text(b":")?;
+        value.serialize(&mut *self.writer)
+    }
+
+    fn end(self) -> Result<(), Unwritten> {
+        self.writer.text(b"}")
+    }
+}
+
+/// A point or a pair by itself.
+struct Pair<'a, 'b> {
+    writer: &'a mut Writer<'b>,
+    first: bool,
+}
+
+impl SerializeTuple for Pair<'_, '_> {
+    type Ok = ();
+    type Error = Unwritten;
+
+    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
+        self.writer.text(if std::mem::take(&mut self.first) { b"" } else { b"," })?;
+        value.serialize(&mut *self.writer)
+    }
+
+    fn end(self) -> Result<(), Unwritten> {
+        self.writer.text(b"]")
+    }
+}
+
+impl<'a, 'b> ser::Serializer for &'a mut Writer<'b> {
+    type Ok = ();
+    type Error = Unwritten;
+    type SerializeSeq = List<'a, 'b>;
+    type SerializeTuple = Pair<'a, 'b>;
+    type SerializeStruct = Object<'a, 'b>;
+
+    refuse_compounds!(());
+    refuse! { (); serialize_i8(i8) serialize_i16(i16) serialize_u8(u8) serialize_u16(u16) serialize_f32(f32) serialize_char(char)
+    serialize_bytes(&[u8]) serialize_none() serialize_unit() serialize_unit_struct(&'static str) }
+
+    fn serialize_bool(self, value: bool) -> Result<(), Unwritten> {
+        self.json(&value)
+    }
+
+    fn serialize_i32(self, value: i32) -> Result<(), Unwritten> {
+        self.json(&value)
+    }
+
+    fn serialize_i64(self, value: i64) -> Result<(), Unwritten> {
+        self.json(&value)
+    }
+
+    fn serialize_u32(self, value: u32) -> Result<(), Unwritten> {
+        self.json(&value)
+    }
+
+    fn serialize_u64(self, value: u64) -> Result<(), Unwritten> {
+        self.json(&value)
+    }
+
+    fn serialize_f64(self, value: f64) -> Result<(), Unwritten> {
+        self.number(value)
+    }
+
+    fn serialize_str(self, value: &str) -> Result<(), Unwritten> {
+        self.json(&value)
+    }
+
+    fn serialize_unit_variant(self, _: &'static str, _: u32, variant: &'static str) -> Result<(), Unwritten> {
+        self.json(&variant)
+    }
+
+    fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<(), Unwritten> {
+        value.serialize(self)
+    }
+
+    fn serialize_newtype_struct<T: ?Sized + Serialize>(self, _: &'static str, value: &T) -> Result<(), Unwritten> {
+        value.serialize(self)
+    }
+
+    fn serialize_seq(self, length: Option<usize>) -> Result<List<'a, 'b>, Unwritten> {
+        Ok(List { writer: self, length: length.unwrap_or(0), kind: Kind::Empty })
+    }
+
+    fn serialize_tuple(self, _: usize) -> Result<Pair<'a, 'b>, Unwritten> {
+        self.text(b"[")?;
+        Ok(Pair { writer: self, first: true })
+    }
+
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Object<'a, 'b>, Unwritten> {
+        self.text(b"{")?;
+        Ok(Object { writer: self, first: true })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::http::budget::Budget;
+    use crate::http::{basis, continuity, convert, evaluate, fit, interpolate, subdivide, surface_evaluate, surface_tessellate};
+
+    fn written<T: Serialize>(answer: &T) -> String {
+        let mut paper = Paper::new(&Budget::new(1 << 30, std::sync::Arc::default()));
+        write(answer, Shape::default(), &mut paper).unwrap();
+        String::from_utf8(paper.finish().concat()).unwrap()
+    }
+
+    #[test]
+    fn answers_are_what_serde_json_writes() {
+        macro_rules! compare {
+            ($($module:ident)*) => {$(
+                for example in $module::EXAMPLES {
+                    let answer = $module::operation(serde_json::from_str(example.body).unwrap()).unwrap();
+                    assert_eq!(written(&answer), serde_json::to_string(&answer).unwrap(), "{}", example.name);
+                }
+            )*};
+        }
+        compare!(basis continuity convert evaluate fit interpolate subdivide surface_evaluate surface_tessellate);
+    }
+}
