@@ -11,6 +11,11 @@ use springline::config::{self, Config};
 use springline::server::{Server, Signals};
 use springline::{healthcheck, http, logs, offline};
 
+/// Requests allocate on one thread and free on another, and answers come in sheets of 256 KiB, which the system's allocator would take from
+/// the system and give back each time.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Curves with shape parameters, over HTTP
 #[derive(Parser)]
 #[command(version)]

@@ -161,9 +161,14 @@ impl Call {
         self.shape.raw = media_type == RAW;
         match self.compute(operation, is_small, write).await {
             Ok(sheets) => {
-                let media_type = (header::CONTENT_TYPE, HeaderValue::from_static(media_type));
-                let vary = (header::VARY, HeaderValue::from_static("accept"));
-                ([media_type, vary, (header::CONTENT_LENGTH, sheets.len().into())], Body::from(sheets)).into_response()
+                // With room for what the edge adds.
+                let mut headers = HeaderMap::with_capacity(12);
+                headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
+                headers.insert(header::VARY, HeaderValue::from_static("accept"));
+                headers.insert(header::CONTENT_LENGTH, sheets.len().into());
+                let mut response = Response::new(Body::from(sheets));
+                *response.headers_mut() = headers;
+                response
             }
             Err(problem) => problem.into_response(),
         }

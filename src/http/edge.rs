@@ -75,11 +75,12 @@ impl Inside {
                     let inside = inside.clone();
                     async move { Ok::<_, Infallible>(inside.route(request).await) }
                 });
-                cors.layer(route).oneshot(request).await.unwrap_or_else(|never| match never {})
+                // What few need is in a box, so that what all need is small to move.
+                Box::pin(cors.layer(route).oneshot(request)).await.unwrap_or_else(|never| match never {})
             }
         };
         if let Some(encodings) = encodings {
-            response = compressed(encodings, response).await;
+            response = Box::pin(compressed(encodings, response)).await;
         }
         add_security_headers(response.headers_mut(), is_page);
         self.observer.end(seen, &mut response);

@@ -21,6 +21,9 @@ pub enum Form {
 /// Status 415.
 pub fn sent(headers: &HeaderMap) -> Result<Form, Problem> {
     let given = content_type(headers);
+    if given == "application/json" {
+        return Ok(Form::Json);
+    }
     let essence = essence(given);
     if essence == RAW {
         return Ok(Form::Raw);
@@ -48,6 +51,10 @@ pub(super) fn essence(media_type: &str) -> String {
 /// # Errors
 /// Status 406.
 pub fn wanted(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static str, Problem> {
+    let first = *offered.first().unwrap_or(&"application/json");
+    if !headers.contains_key(header::ACCEPT) {
+        return Ok(first);
+    }
     let lists: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
     let ranges: Vec<(String, f64)> = lists.iter().flat_map(|list| list.split(',')).map(range).collect();
     let quality = |offer: &str| {
@@ -63,7 +70,6 @@ pub fn wanted(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static 
         let best = ranges.iter().map(|(range, quality)| (fits(range), *quality)).filter(|(fit, _)| *fit > 0);
         best.max_by_key(|(fit, _)| *fit).map_or(0.0, |(_, quality)| quality)
     };
-    let first = *offered.first().unwrap_or(&"application/json");
     if ranges.is_empty() {
         return Ok(first);
     }

@@ -99,31 +99,75 @@ impl Numbers {
 /// Whole rows, separated by commas.
 fn write_part(values: &[f64], columns: usize, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
     paper.expect(values.len() * DIGITS);
-    let nested = columns > 0 && shape.layout == Layout::Nested;
-    let mut separator: &[u8] = b"";
-    for row in values.chunks(columns.max(1)) {
-        paper.write_all(separator)?;
-        separator = b"";
-        if nested {
-            paper.write_all(b"[")?;
+    let width = if shape.layout == Layout::Nested { columns } else { 0 };
+    let single = shape.precision == Precision::Single;
+    let mut buffers: [zmij::Buffer; AT_ONCE] = std::array::from_fn(|_| zmij::Buffer::new());
+    let (mut line, mut before, mut column) = (Line::default(), if width > 0 { OPEN } else { NOTHING }, 0);
+    for values in values.chunks(AT_ONCE) {
+        let mut texts = [""; AT_ONCE];
+        for ((text, buffer), value) in texts.iter_mut().zip(&mut buffers).zip(values) {
+            *text = if single { buffer.format_finite(*value as f32) } else { buffer.format_finite(*value) };
         }
-        for value in row {
-            paper.write_all(separator)?;
-            write_number(*value, shape.precision, &mut *paper)?;
-            separator = b",";
+        for text in &texts[..values.len()] {
+            line.put(before);
+            line.put_number(text.as_bytes());
+            column += 1;
+            before = if column == width { NEXT } else { COMMA };
+            column *= usize::from(column != width);
         }
-        if nested {
-            paper.write_all(b"]")?;
-        }
+        paper.write_all(&line.bytes[..line.length])?;
+        line.length = 0;
     }
-    Ok(())
+    paper.write_all(if width > 0 { b"]" } else { b"" }).map_err(Unwritten::from)
 }
 
-/// A number in JSON, rounded already.
-pub fn write_number(value: f64, precision: Precision, text: impl Write) -> Result<(), Unwritten> {
-    let written =
-        if precision == Precision::Single { serde_json::to_writer(text, &(value as f32)) } else { serde_json::to_writer(text, &value) };
-    written.map_err(Unwritten::from)
+/// How many numbers are turned to text before their texts are copied: a text that is copied at once waits for its own stores.
+const AT_ONCE: usize = 24;
+/// The longest text of a number, -2.2250738585072014e-308.
+const LONGEST: usize = 24;
+
+/// What stands before a number, and how much of it counts.
+type Before = (&'static [u8; 4], usize);
+const NOTHING: Before = (b"    ", 0);
+const OPEN: Before = (b"[   ", 1);
+const COMMA: Before = (b",   ", 1);
+const NEXT: Before = (b"],[ ", 3);
+
+/// Text of numbers, copied in words of fixed size: where the compiler does not know the length, each copy is a call.
+struct Line {
+    bytes: [u8; AT_ONCE * (LONGEST + 4)],
+    length: usize,
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Line { bytes: [0; AT_ONCE * (LONGEST + 4)], length: 0 }
+    }
+}
+
+impl Line {
+    #[inline]
+    fn put(&mut self, (bytes, length): Before) {
+        self.bytes[self.length..self.length + 4].copy_from_slice(bytes);
+        self.length += length;
+    }
+
+    /// Copies the beginning and the end, which may overlap.
+    #[inline]
+    fn put_number(&mut self, text: &[u8]) {
+        let to = &mut self.bytes[self.length..self.length + text.len()];
+        let end = text.len().saturating_sub(8);
+        if text.len() >= 16 {
+            to[..16].copy_from_slice(&text[..16]);
+            to[end..].copy_from_slice(&text[end..]);
+        } else if text.len() >= 8 {
+            to[..8].copy_from_slice(&text[..8]);
+            to[end..].copy_from_slice(&text[end..]);
+        } else {
+            to.iter_mut().zip(text).for_each(|(to, byte)| *to = *byte);
+        }
+        self.length += text.len();
+    }
 }
 
 /// Takes the numbers of a number (0 columns) or of a point (as many as coordinates); refuses anything else.

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde::ser::{self, Impossible, Serialize, SerializeSeq, SerializeStruct, SerializeTuple};
 
-use super::numbers::{Numbers, write_number};
+use super::numbers::Numbers;
 use super::paper::Paper;
 use super::shape::{MAGIC, PREFIX, Precision, Shape};
 
@@ -48,34 +48,40 @@ pub(super) fn not_finite() -> Unwritten {
 /// # Errors
 /// A number that is not finite; the paper ends.
 pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
-    let mut writer = Writer { shape, header: Vec::new(), data: paper.sibling(), count: 0, paper };
+    let raw = shape.raw.then(|| Raw { header: Vec::new(), data: paper.sibling(), count: 0 });
+    let mut writer = Writer { shape, raw, paper };
     answer.serialize(&mut writer)?;
     writer.finish()
 }
 
-/// In the raw format the header grows beside the numbers; otherwise everything goes to the paper.
+/// Everything goes to the paper, but in the raw format.
 struct Writer<'a> {
     shape: Shape,
-    header: Vec<u8>,
-    /// The numbers of the raw format.
-    data: Paper,
-    /// How many there are.
-    count: usize,
+    raw: Option<Raw>,
     paper: &'a mut Paper,
+}
+
+/// The header of the raw format, which grows beside its numbers, and how many these are.
+struct Raw {
+    header: Vec<u8>,
+    data: Paper,
+    count: usize,
 }
 
 impl Writer<'_> {
     fn text(&mut self, text: &[u8]) -> Result<(), Unwritten> {
-        if self.shape.raw {
-            self.header.extend_from_slice(text);
-            return Ok(());
+        match &mut self.raw {
+            None => self.paper.write_all(text)?,
+            Some(raw) => raw.header.extend_from_slice(text),
         }
-        self.paper.write_all(text).map_err(Unwritten::from)
+        Ok(())
     }
 
     fn json(&mut self, value: &impl Serialize) -> Result<(), Unwritten> {
-        let written =
-            if self.shape.raw { serde_json::to_writer(&mut self.header, value) } else { serde_json::to_writer(&mut *self.paper, value) };
+        let written = match &mut self.raw {
+            None => serde_json::to_writer(&mut *self.paper, value),
+            Some(raw) => serde_json::to_writer(&mut raw.header, value),
+        };
         written.map_err(Unwritten::from)
     }
 
@@ -85,39 +91,31 @@ impl Writer<'_> {
         if !value.is_finite() {
             return Err(not_finite());
         }
-        if self.shape.raw {
-            write_number(value, self.shape.precision, &mut self.header)
-        } else {
-            write_number(value, self.shape.precision, &mut *self.paper)
-        }
+        let mut buffer = zmij::Buffer::new();
+        let single = self.shape.precision == Precision::Single;
+        self.text((if single { buffer.format_finite(value as f32) } else { buffer.format_finite(value) }).as_bytes())
     }
 
     /// A list of numbers or of points.
     fn numbers(&mut self, mut numbers: Numbers) -> Result<(), Unwritten> {
         let precision = self.shape.precision;
         numbers.round(precision)?;
-        if !self.shape.raw {
-            return numbers.write_json(self.shape, self.paper);
-        }
+        let Some(raw) = &mut self.raw else { return numbers.write_json(self.shape, self.paper) };
         let name = if precision == Precision::Single { "$f32" } else { "$f64" };
-        let reference = format!("{{\"{name}\":[{},{},{}]}}", self.count, numbers.rows(), numbers.columns);
-        self.count += numbers.values.len();
-        numbers.write_raw(precision, &mut self.data)?;
-        self.text(reference.as_bytes())
+        write!(raw.header, "{{\"{name}\":[{},{},{}]}}", raw.count, numbers.rows(), numbers.columns)?;
+        raw.count += numbers.values.len();
+        numbers.write_raw(precision, &mut raw.data)
     }
 
-    fn finish(mut self) -> Result<(), Unwritten> {
-        if !self.shape.raw {
-            return Ok(());
-        }
-        let padding = (PREFIX + self.header.len()).next_multiple_of(8) - PREFIX - self.header.len();
-        self.header.extend(std::iter::repeat_n(b' ', padding));
-        let length = u32::try_from(self.header.len()).map_err(|_| not_finite())?;
+    fn finish(self) -> Result<(), Unwritten> {
+        let Some(Raw { mut header, data, .. }) = self.raw else { return Ok(()) };
+        header.resize((PREFIX + header.len()).next_multiple_of(8) - PREFIX, b' ');
+        let length = u32::try_from(header.len()).map_err(|_| not_finite())?;
         self.paper.write_all(MAGIC)?;
         self.paper.write_all(&length.to_le_bytes())?;
         self.paper.write_all(&[0; 4])?;
-        self.paper.write_all(&self.header)?;
-        self.paper.append(self.data.finish());
+        self.paper.write_all(&header)?;
+        self.paper.append(data.finish());
         Ok(())
     }
 }
