@@ -3,23 +3,41 @@
 //! Every family ends here, so evaluation, derivatives, splitting, elevation and blossoms are
 //! written once. All functions take the control points as a slice of at least one point.
 
+use super::limits::DEGREE;
 use super::point::Point;
 
+/// The triangle of Pascal, correctly rounded; its sums fit 64 bits.
+static BINOMIALS: [[f64; DEGREE + 1]; DEGREE + 1] = {
+    let mut rows = [[0.0; DEGREE + 1]; DEGREE + 1];
+    let mut row = [0u64; DEGREE + 1];
+    let mut n = 0;
+    while n <= DEGREE {
+        let mut i = n;
+        row[n] = 1;
+        while i > 1 {
+            i -= 1;
+            row[i] += row[i - 1];
+        }
+        while i <= n {
+            rows[n][i] = row[i] as f64;
+            i += 1;
+        }
+        rows[n][0] = 1.0;
+        n += 1;
+    }
+    rows
+};
+
 /// The binomial coefficients `C(n, 0) .. C(n, n)`, correctly rounded; `n <= 64`.
-pub fn binomials(n: usize) -> Vec<f64> {
-    let next = |row: &mut u128, i: usize| {
-        let here = *row;
-        *row = here * (n - i) as u128 / (i + 1) as u128; // exact: C(n, i + 1)
-        Some(here as f64)
-    };
-    (0..=n).scan(1, next).collect()
+pub fn binomials(n: usize) -> &'static [f64] {
+    &BINOMIALS[n][..=n]
 }
 
 /// The values at `u` (with `v = 1 - u`) of the `d + 1` Bernstein polynomials of degree `d`.
 ///
 /// All terms are products of non-negative numbers: relative error O(d) units in the last place.
 pub fn bernstein(degree: usize, u: f64, v: f64) -> Vec<f64> {
-    let mut values = binomials(degree);
+    let mut values = binomials(degree).to_vec();
     let (mut up, mut down) = (1.0, 1.0);
     for i in 1..=degree {
         up *= u;
@@ -30,29 +48,27 @@ pub fn bernstein(degree: usize, u: f64, v: f64) -> Vec<f64> {
     values
 }
 
+/// One step of Horner's scheme: the sum so far and the last power of `u`, with the next control point.
+#[inline(always)]
+pub(crate) fn step<const D: usize>((sum, power): (Point<D>, f64), next: Point<D>, u: f64, v: f64) -> (Point<D>, f64) {
+    let power = power * u;
+    (sum * v + next * power, power)
+}
+
 /// The point at `u`, with `v = 1 - u` given by the caller, who may know it to more digits, of a
 /// segment whose control points were multiplied by their binomial coefficients beforehand.
 ///
-/// Horner's scheme in the smaller of `u/v` and `v/u` (Volk and Schumaker 1990): O(d), and as
+/// Horner's scheme in Bernstein form (Farin, Curves and Surfaces for CAGD, routine `hornbez`): O(d), and as
 /// all factors are non-negative it is stable. Exact at `u = 0` and at `v = 0`.
 pub fn horner<const D: usize>(scaled: &[Point<D>], u: f64, v: f64) -> Point<D> {
-    let degree = scaled.len() - 1;
-    if u <= v {
-        let ratio = u / v;
-        let sum = scaled.iter().rev().fold(Point::ZERO, |sum, &p| sum * ratio + p);
-        sum * v.powi(degree as i32)
-    } else {
-        let ratio = v / u;
-        let sum = scaled.iter().fold(Point::ZERO, |sum, &p| sum * ratio + p);
-        sum * u.powi(degree as i32)
-    }
+    scaled[1..].iter().fold((scaled[0], 1.0), |here, &next| step(here, next, u, v)).0
 }
 
 /// The point at `u` of one segment. For many points of one curve make an
 /// [`Evaluator`](super::curve::Evaluator) instead.
 pub fn evaluate<const D: usize>(points: &[Point<D>], u: f64) -> Point<D> {
     let unit = unit_of(super::point::magnitude(points));
-    let scaled: Vec<_> = scaled(points, &binomials(points.len() - 1), unit).collect();
+    let scaled: Vec<_> = scaled(points, binomials(points.len() - 1), unit).collect();
     horner(&scaled, u, 1.0 - u) * unit
 }
 

@@ -6,7 +6,7 @@ use super::curve::{Composite, Curve};
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::limits;
 use super::point::Point;
-use super::work::{self, Pace};
+use super::work::Pace;
 
 /// Where to sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,17 +123,7 @@ impl Quantities {
 
 /// `lists[k][i]`: the `k`-th derivative at parameter `i`.
 fn jets<const D: usize>(composite: &Composite<D>, parameters: &[f64], highest: usize) -> Result<Vec<Vec<Point<D>>>, Error> {
-    let breaks = composite.breaks();
-    let place = |&t: &f64| {
-        let segment = breaks.segment_at(t);
-        let (u, v) = breaks.local(segment, t);
-        (segment, u, v)
-    };
-    let places = work::collect(parameters.iter().map(place))?;
-    let sample = |curve: &Composite<D>| {
-        let evaluator = curve.evaluator()?;
-        work::collect(places.iter().map(|&(segment, u, v)| evaluator.within(segment, u, v)))
-    };
+    let sample = |curve: &Composite<D>| curve.evaluator()?.sample(parameters);
     let mut lists = vec![sample(composite)?];
     let mut derivative = None;
     for _ in 0..highest {
@@ -150,15 +140,26 @@ fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> 
         Sampling::Count(count) => {
             let checked = at_least("samples", *count, 2).and_then(|()| at_most("samples", *count, limits::effective().samples, ADVICE));
             checked.at("count").at("sampling")?;
-            let last = (count - 1) as f64;
-            Ok((0..*count).map(|i| if i + 1 == *count { b } else { (a + (b - a) * (i as f64 / last)).min(b) }).collect())
+            let last = count - 1;
+            let mut values: Vec<f64> = (0..*count as u32).map(|i| (a + (b - a) * (f64::from(i) / last as f64)).min(b)).collect();
+            values[last] = b;
+            Ok(values)
         }
         Sampling::Parameters(values) => {
             let in_values = |error: Error| error.at("values").at("sampling");
             at_most("samples", values.len(), limits::effective().samples, ADVICE).map_err(|fault| in_values(fault.into()))?;
             at_least("parameters", values.len(), 1).map_err(|fault| in_values(fault.into()))?;
-            within_domain(values, a, b).map_err(in_values)?;
-            Ok(values.clone())
+            // Compared and copied in one pass, as wide registers do it; searched where there is one to name.
+            let mut all_within = true;
+            let checked = values.iter().map(|&t| {
+                all_within &= (a <= t) & (t <= b);
+                t
+            });
+            let copy = checked.collect();
+            if !all_within {
+                within_domain(values, a, b).map_err(in_values)?;
+            }
+            Ok(copy)
         }
         Sampling::Tolerance(tolerance) => {
             check_tolerance(*tolerance, composite.magnitude()).at("tolerance").at("sampling")?;
@@ -238,10 +239,12 @@ fn frames<const D: usize>(
         return Ok(frames);
     }
     let magnitude = composite.magnitude();
+    let mut segment = 0;
     let mut pace = Pace::default();
     for (index, &t) in parameters.iter().enumerate() {
         pace.step()?;
-        let (a, b) = composite.breaks().interval(composite.breaks().segment_at(t));
+        segment = composite.breaks().segment_near(segment, t);
+        let (a, b) = composite.breaks().interval(segment);
         let rounding = |k| 8.0 * f64::EPSILON * derivative_size(magnitude, composite.degree(), k, b - a);
         let jet = |k: usize| jets.get(k).map_or(Point::ZERO, |list| list[index]);
         let frame = Frame::new([jet(1), jet(2), jet(3)], [rounding(1), rounding(2)]);

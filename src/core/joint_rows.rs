@@ -24,7 +24,7 @@ pub(crate) fn derivative_row(basis: &Basis, order: usize, length: f64, k: usize,
         return row;
     }
     let scale: f64 = (0..k).map(|i| (degree - i) as f64 / length).product();
-    for (i, binomial) in binomials(k).into_iter().enumerate() {
+    for (i, binomial) in binomials(k).iter().enumerate() {
         let (bezier, sign) = match side {
             Side::Start => (i, if (k - i).is_multiple_of(2) { 1.0 } else { -1.0 }),
             Side::End => (degree - i, if i.is_multiple_of(2) { 1.0 } else { -1.0 }),

@@ -112,6 +112,25 @@ impl Breaks {
         self.0.partition_point(|&knot| knot <= t).clamp(1, self.segments()) - 1
     }
 
+    /// The same, without a search where it is the segment given or the next.
+    pub fn segment_near(&self, near: usize, t: f64) -> usize {
+        let next = (near + 1).min(self.segments() - 1);
+        [near, next].into_iter().find(|&segment| self.owns(segment, &t)).unwrap_or_else(|| self.segment_at(t))
+    }
+
+    /// How many of these parameters of the domain, from the first on, belong to a segment.
+    pub fn run(&self, segment: usize, parameters: &[f64]) -> usize {
+        if self.segments() == 1 {
+            return parameters.len();
+        }
+        parameters.iter().take_while(|t| self.owns(segment, t)).count()
+    }
+
+    fn owns(&self, segment: usize, t: &f64) -> bool {
+        let (a, b) = self.interval(segment);
+        (a <= *t) & ((*t < b) | (segment + 1 == self.segments()))
+    }
+
     /// `t` in the parameter of a segment: `u` from its start and `v = 1 - u` from its end, each to full accuracy.
     pub fn local(&self, segment: usize, t: f64) -> (f64, f64) {
         let (a, b) = self.interval(segment);

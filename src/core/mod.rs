@@ -19,6 +19,7 @@ pub mod interpolate;
 pub mod join;
 mod joint_rows;
 pub mod knots;
+mod lanes;
 mod least_change;
 pub mod least_squares;
 pub mod limits;

@@ -84,7 +84,7 @@ impl Beta {
             }
             product = next;
         }
-        product.iter().zip(&binomial).map(|(c, b)| c * binomial[k] / b).collect()
+        product.iter().zip(binomial).map(|(c, b)| c * binomial[k] / b).collect()
     }
 }
 

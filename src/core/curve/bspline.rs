@@ -72,32 +72,32 @@ impl<const D: usize> BSpline<D> {
     /// The Bezier points over `[knots[span], knots[span + 1]]`: both knots are inserted up to full
     /// multiplicity (Boehm 1980). Convex combinations only; O(d^2).
     fn span(&self, span: usize) -> Vec<Point<D>> {
+        let mut points = self.points[span - self.degree()..=span].to_vec();
+        self.insert(span, &mut points);
+        points
+    }
+
+    /// The control points of a span become its Bezier points.
+    fn insert(&self, span: usize, points: &mut [Point<D>]) {
         let d = self.degree();
         let knots = self.knots.as_slice();
         let (a, b) = (knots[span], knots[span + 1]);
         // tau(1) .. tau(2d) are the knots the span depends on; tau(d) = a and tau(d + 1) = b.
         let tau = |i: usize| knots[span - d + i];
-        let mut points = self.points[span - d..=span].to_vec();
-        // Blossom values f(a^d), f(a^(d-1), b ..), .., f(b ..): the right edge of de Boor's triangle at a.
-        let mut polygon = vec![points[d]];
+        // The right edge of de Boor's triangle at a, from its tip on: the blossom values f(a^d), f(a^(d-1), b ..), .., f(b ..).
         for r in 1..=d {
-            for j in (r..=d).rev() {
-                let alpha = (a - tau(j)) / (tau(j + d + 1 - r) - tau(j));
-                points[j] = points[j - 1].lerp(points[j], alpha);
+            for i in 0..=d - r {
+                let alpha = (a - tau(i + r)) / (tau(i + d + 1) - tau(i + r));
+                points[i] = points[i].lerp(points[i + 1], alpha);
             }
-            polygon.push(points[d]);
         }
-        polygon.reverse();
-        // Bezier points f(a^(d-i), b^i): the left edge of de Boor's triangle at b.
-        let mut bezier = vec![polygon[0]];
+        // The left edge of de Boor's triangle at b: the Bezier points f(a^(d-i), b^i).
         for r in 1..=d {
-            for j in 0..=d - r {
-                let alpha = (b - a) / (tau(j + d + 1) - a);
-                polygon[j] = polygon[j].lerp(polygon[j + 1], alpha);
+            for i in (r..=d).rev() {
+                let alpha = (b - a) / (tau(i - r + d + 1) - a);
+                points[i] = points[i - 1].lerp(points[i], alpha);
             }
-            bezier.push(polygon[0]);
         }
-        bezier
     }
 
     /// The Bezier segments of the same curve over its valid range. O(spans * d^2).
@@ -107,12 +107,14 @@ impl<const D: usize> BSpline<D> {
     pub fn composite(&self) -> Result<Composite<D>, Error> {
         let knots = self.knots.as_slice();
         let mut breaks = vec![self.knots.domain().0];
-        let mut points = Vec::with_capacity(self.points.len() * 2);
+        let mut points = Vec::with_capacity(self.points.len() * (self.degree() + 1));
         let mut pace = Pace::default();
         for span in self.knots.spans() {
             pace.step()?;
             breaks.push(knots[span + 1]);
-            points.extend(self.span(span));
+            let first = points.len();
+            points.extend_from_slice(&self.points[span - self.degree()..=span]);
+            self.insert(span, &mut points[first..]);
         }
         Ok(Composite::from_flat(Breaks::new(breaks).at("knots")?, self.degree(), points))
     }

@@ -3,8 +3,9 @@
 use crate::core::bezier_form::{binomials, elevate, hodograph, horner, scaled, unit_of};
 use crate::core::error::{Error, Fault};
 use crate::core::knots::Breaks;
+use crate::core::lanes::{self, LANES, Lanes};
 use crate::core::point::{Point, magnitude};
-use crate::core::work::Pace;
+use crate::core::work::{self, Pace};
 
 /// Segments of one degree over the intervals between joints. Neighbours need not meet: a B-spline
 /// may jump at a knot of multiplicity `degree + 1`.
@@ -138,7 +139,7 @@ impl<const D: usize> Composite<D> {
         let mut pace = Pace::default();
         for segment in self.segments() {
             pace.step()?;
-            points.extend(scaled(segment, &binomials, unit));
+            points.extend(scaled(segment, binomials, unit));
         }
         Ok(Evaluator { breaks: &self.breaks, degree: self.degree, scaled: points, unit })
     }
@@ -155,13 +156,100 @@ impl<const D: usize> Evaluator<'_, D> {
 
     /// The point of one segment at its own parameter `u`, with `v = 1 - u`.
     pub fn within(&self, segment: usize, u: f64, v: f64) -> Point<D> {
-        let first = segment * (self.degree + 1);
-        horner(&self.scaled[first..=first + self.degree], u, v) * self.unit
+        horner(self.scaled(segment), u, v) * self.unit
+    }
+
+    /// The points at parameters of the domain in any order, each as [`Evaluator::at`] gives it. O(degree) for one in the same
+    /// segment as the one before or in the next.
+    ///
+    /// # Errors
+    /// [`Fault::Cancelled`].
+    pub fn sample(&self, parameters: &[f64]) -> Result<Vec<Point<D>>, Error> {
+        let mut points = Vec::with_capacity(parameters.len());
+        let (mut lanes, mut segment) = (Lanes::new(), 0);
+        for part in parameters.chunks(LANES) {
+            work::checkpoint()?;
+            let mut rest = part;
+            while let [t, later @ ..] = rest {
+                segment = self.breaks.segment_near(segment, *t);
+                let (run, after) = rest.split_at(1 + self.breaks.run(segment, later));
+                self.extend(&mut points, &mut lanes, segment, run);
+                rest = after;
+            }
+        }
+        Ok(points)
+    }
+
+    /// Appends the points at up to [`LANES`] parameters of one segment.
+    fn extend(&self, points: &mut Vec<Point<D>>, lanes: &mut Lanes<D>, segment: usize, parameters: &[f64]) {
+        if parameters.len() < FEW {
+            let local = parameters.iter().map(|&t| self.breaks.local(segment, t));
+            return points.extend(local.map(|(u, v)| self.within(segment, u, v)));
+        }
+        lanes::extend(points, lanes, self.scaled(segment), self.unit, self.breaks.interval(segment), parameters);
+    }
+
+    fn scaled(&self, segment: usize) -> &[Point<D>] {
+        &self.scaled[segment * (self.degree + 1)..(segment + 1) * (self.degree + 1)]
     }
 }
+
+/// Fewer parameters are faster one at a time.
+const FEW: usize = 8;
 
 /// The composite of one segment over `[0, length]`.
 pub(crate) fn single_segment<const D: usize>(length: f64, bezier: Vec<Point<D>>) -> Result<Composite<D>, Error> {
     let degree = bezier.len() - 1;
     Ok(Composite::from_flat(Breaks::new(vec![0.0, length])?, degree, bezier))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::bezier_form::blossom;
+
+    /// Numbers in [0, 1) that look random and are always the same.
+    fn number(i: usize) -> f64 {
+        ((i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn wave(degree: usize, knots: &[f64], size: f64) -> Composite<3> {
+        let points = (0..(degree + 1) * (knots.len() - 1)).map(|i| Point([0, 1, 2].map(|k| size * (number(3 * i + k) - 0.5)))).collect();
+        Composite::from_flat(Breaks::new(knots.to_vec()).unwrap(), degree, points)
+    }
+
+    /// Parameters in order and out of order, with every joint and both ends; a number of them that fills no group of lanes.
+    fn parameters(knots: &[f64]) -> Vec<f64> {
+        let (a, b) = (knots[0], knots[knots.len() - 1]);
+        let sorted = (0..=300).map(|i| a + (b - a) * (i as f64 / 300.0)).chain(knots.iter().copied());
+        sorted.chain((0..301).map(|i| a + (b - a) * number(i))).map(|t| t.min(b)).collect()
+    }
+
+    #[test]
+    fn many_parameters_have_the_bits_of_each_alone_and_are_on_the_curve() {
+        for knots in [vec![0.0, 1.0], vec![-1.0, 0.5, 0.75, 3.0], vec![1e9, 1e9 + 1.0, 1e9 + 3.0]] {
+            for degree in (0..=9).chain([33, 64]) {
+                for size in [1.0, 1e-300, 1e308] {
+                    let curve = wave(degree, &knots, size);
+                    let (evaluator, parameters) = (curve.evaluator().unwrap(), parameters(&knots));
+                    let together = evaluator.sample(&parameters).unwrap();
+                    assert_eq!(together.len(), parameters.len());
+                    for (&t, p) in parameters.iter().zip(together) {
+                        assert_eq!(p.0.map(f64::to_bits), evaluator.at(t).0.map(f64::to_bits), "degree {degree} at {t}");
+                        let segment = curve.breaks().segment_at(t);
+                        let (u, _) = curve.breaks().local(segment, t);
+                        let expected = blossom(curve.segment(segment), vec![u; degree]);
+                        assert!(p.distance(expected) <= 1e-15 * (degree + 1) as f64 * size, "degree {degree} at {t}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn ends_are_met_exactly() {
+        let curve = wave(64, &[0.1, 0.3, 0.7], 1.0);
+        let ends = curve.evaluator().unwrap().sample(&[0.1, 0.3, 0.7]).unwrap();
+        assert_eq!(ends, [curve.segment(0)[0], curve.segment(1)[0], curve.segment(1)[64]]);
+    }
 }

@@ -34,8 +34,8 @@ impl FitError {
 /// Evaluates the curve at each parameter. O(points * degree).
 pub(super) fn measure<const D: usize>(curve: &Curve<D>, points: &[Point<D>], parameters: &[f64]) -> Result<FitError, Error> {
     let composite = curve.composite()?;
-    let evaluator = composite.evaluator()?;
-    let distances = work::collect(points.iter().zip(parameters).map(|(&p, &t)| evaluator.at(t).distance(p)))?;
+    let sampled = composite.evaluator()?.sample(parameters)?;
+    let distances = work::collect(points.iter().zip(sampled).map(|(&p, q)| q.distance(p)))?;
     Ok(FitError::of(&distances))
 }
 

@@ -1,0 +1,83 @@
+//! Many parameters of one segment together, for wide registers.
+
+use super::bezier_form::step;
+use super::point::Point;
+
+/// Parameters taken together.
+pub(crate) const LANES: usize = 64;
+
+/// Where Horner's scheme is at each of some parameters, coordinates in arrays of their own.
+pub(crate) struct Lanes<const D: usize> {
+    u: [f64; LANES],
+    v: [f64; LANES],
+    power: [f64; LANES],
+    sum: [[f64; LANES]; D],
+}
+
+impl<const D: usize> Lanes<D> {
+    /// Room, to be used many times.
+    pub(crate) fn new() -> Self {
+        Lanes { u: [0.0; LANES], v: [0.0; LANES], power: [0.0; LANES], sum: [[0.0; LANES]; D] }
+    }
+
+    /// The parameters of an interval in that of its segment, as [`Breaks::local`](super::knots::Breaks::local) has them.
+    #[inline(always)]
+    fn place(&mut self, (a, b): (f64, f64), parameters: &[f64]) {
+        let length = b - a;
+        let places = self.u.iter_mut().zip(&mut self.v).zip(parameters);
+        // To divide by 1 changes nothing but the time it takes.
+        if length == 1.0 {
+            places.for_each(|((u, v), t)| (*u, *v) = (t - a, b - t));
+        } else {
+            places.for_each(|((u, v), t)| (*u, *v) = ((t - a) / length, (b - t) / length));
+        }
+    }
+
+    /// The first `N` steps, so many that what is between them stays in registers.
+    #[inline(always)]
+    fn start<const N: usize>(&mut self, count: usize, first: Point<D>, scaled: [Point<D>; N]) {
+        for l in 0..count.min(LANES) {
+            self.put(l, scaled.iter().fold((first, 1.0), |here, &next| step(here, next, self.u[l], self.v[l])));
+        }
+    }
+
+    /// Four steps more.
+    #[inline(always)]
+    fn advance(&mut self, count: usize, scaled: [Point<D>; 4]) {
+        for l in 0..count.min(LANES) {
+            let here = (Point(std::array::from_fn(|k| self.sum[k][l])), self.power[l]);
+            self.put(l, scaled.iter().fold(here, |here, &next| step(here, next, self.u[l], self.v[l])));
+        }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, l: usize, (sum, power): (Point<D>, f64)) {
+        self.power[l] = power;
+        (0..D).for_each(|k| self.sum[k][l] = sum[k]);
+    }
+}
+
+/// Appends the points at up to [`LANES`] parameters of an interval, each with the bits that [`horner`](super::bezier_form::horner) gives
+/// it, times `unit`. The widest registers of the processor change no bit: every lane takes the same steps, and none is fused.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+pub(crate) fn extend<const D: usize>(
+    points: &mut Vec<Point<D>>,
+    lanes: &mut Lanes<D>,
+    scaled: &[Point<D>],
+    unit: f64,
+    interval: (f64, f64),
+    parameters: &[f64],
+) {
+    let count = parameters.len().next_multiple_of(8);
+    lanes.place(interval, parameters);
+    let (few, fours) = scaled[1..].as_rchunks::<4>();
+    match *few {
+        [p] => lanes.start(count, scaled[0], [p]),
+        [p, q] => lanes.start(count, scaled[0], [p, q]),
+        [p, q, r] => lanes.start(count, scaled[0], [p, q, r]),
+        _ => lanes.start(count, scaled[0], []),
+    }
+    fours.iter().for_each(|&four| lanes.advance(count, four));
+    let point = |l: usize| Point(std::array::from_fn(|k| lanes.sum[k][l] * unit));
+    points.extend((0..parameters.len().min(LANES)).map(point));
+}
