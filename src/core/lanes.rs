@@ -1,6 +1,6 @@
 //! Many parameters of one segment together, for wide registers.
 
-use super::bezier_form::step;
+use super::bezier_form::{binomials, step};
 use super::point::Point;
 
 /// Parameters taken together.
@@ -80,4 +80,25 @@ pub(crate) fn extend<const D: usize>(
     fours.iter().for_each(|&four| lanes.advance(count, four));
     let point = |l: usize| Point(std::array::from_fn(|k| lanes.sum[k][l] * unit));
     points.extend((0..parameters.len().min(LANES)).map(point));
+}
+
+/// The values of the Bernstein polynomials at each `u` (with `v = 1 - u`), as [`bernstein`](super::bezier_form::bernstein) has them.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+pub(crate) fn bernstein(degree: usize, u: &[f64; LANES], v: &[f64; LANES]) -> Vec<[f64; LANES]> {
+    let mut values: Vec<_> = binomials(degree).iter().map(|&b| [b; LANES]).collect();
+    let (mut up, mut down) = ([1.0; LANES], [1.0; LANES]);
+    for i in 1..=degree {
+        raise(&mut up, u, &mut values[i]);
+        raise(&mut down, v, &mut values[degree - i]);
+    }
+    values
+}
+
+/// The next power, into what it is a factor of.
+#[inline(always)]
+fn raise(power: &mut [f64; LANES], base: &[f64; LANES], product: &mut [f64; LANES]) {
+    for l in 0..LANES {
+        power[l] *= base[l];
+        product[l] *= power[l];
+    }
 }

@@ -1,29 +1,35 @@
-//! Linear least squares by orthogonal rotations, one row at a time.
+//! Linear least squares by orthogonal transformations, as rows arrive.
 //!
-//! Rows are rotated into an upper triangle `R` as they arrive (Givens 1958; Golub and Van Loan,
-//! Matrix Computations, 5.2.5; for bands Lawson and Hanson 1974, chapter 27). The normal equations,
-//! which would square the condition number, are never formed.
+//! Dense rows are reflected into an upper triangle `R` a block at a time; rows within a band are rotated in one by one (Givens 1958;
+//! Golub and Van Loan, Matrix Computations, 5.2.5; for bands Lawson and Hanson 1974, chapter 27). The normal equations, which would
+//! square the condition number, are never formed.
 
 use nalgebra::DMatrix;
 
-use super::point::Point;
+pub use super::householder::Block;
+use super::householder::absorb;
+use super::lanes::LANES;
+use super::point::{Point, length};
 use super::singular_values::decomposed;
 
+/// The band that cubic splines have.
+const BAND: usize = 4;
 /// Singular values below this many roundings of the largest, times columns, count as zero.
 const ROUNDINGS: f64 = 8.0;
 
 /// The problem `min sum_i w_i |a_i x - b_i|^2` with right-hand sides and unknowns in `D` dimensions.
 ///
-/// O(columns * band) memory. A row costs O(band^2) where rows come in the order of their first
-/// column, and in any order O(columns * band).
+/// O(columns * band) memory. A row costs O(columns^2) in a dense problem; within a band O(1) where rows come in the order of their
+/// first column, and in any order O(columns).
 #[derive(Debug, Clone)]
 pub struct LeastSquares<const D: usize> {
     columns: usize,
-    band: usize,
-    /// Row `k` holds `R[k][k] .. R[k][k + band - 1]`.
+    dense: bool,
+    /// Row `k` holds `R[k][k] .. R[k][k + band - 1]`; the band of a dense problem is all columns.
     triangle: Vec<f64>,
     right: Vec<Point<D>>,
-    row: Vec<f64>,
+    /// Dense rows that are not in the triangle yet, and how many.
+    waiting: Option<(Block<D>, usize)>,
 }
 
 /// Fewer independent equations than unknowns.
@@ -36,10 +42,11 @@ pub struct Deficient {
 }
 
 impl<const D: usize> LeastSquares<D> {
-    /// For rows whose coefficients lie within `band` neighbouring columns.
+    /// For rows whose coefficients lie within `band` neighbouring columns. Dense where that is more than [`BAND`], or all columns.
     pub fn banded(columns: usize, band: usize) -> Self {
-        let band = band.min(columns);
-        LeastSquares { columns, band, triangle: vec![0.0; columns * band], right: vec![Point::ZERO; columns], row: vec![0.0; band] }
+        let dense = band > BAND || band >= columns;
+        let width = if dense { columns } else { BAND };
+        LeastSquares { columns, dense, triangle: vec![0.0; columns * width], right: vec![Point::ZERO; columns], waiting: None }
     }
 
     /// For rows with coefficients anywhere.
@@ -50,45 +57,58 @@ impl<const D: usize> LeastSquares<D> {
     /// Adds the equation `sum_k coefficients[k] x[first + k] = right` with a weight that is not negative.
     /// At most `band` coefficients, none beyond the last column.
     pub fn push(&mut self, first: usize, coefficients: &[f64], right: Point<D>, weight: f64) {
+        if !self.dense {
+            return self.push_banded(first, coefficients, right, weight);
+        }
+        let (mut block, count) = self.waiting.take().unwrap_or_else(|| (Block::zeros(self.columns), 0));
+        block.put(count, first, coefficients, right, weight);
+        self.waiting = Some((block, count + 1));
+        if count + 1 == LANES {
+            self.absorb_waiting();
+        }
+    }
+
+    /// Adds many equations to a dense problem.
+    pub fn push_block(&mut self, block: Block<D>) {
+        absorb(&mut self.triangle, &mut self.right, block);
+    }
+
+    fn absorb_waiting(&mut self) {
+        if let Some((block, _)) = self.waiting.take() {
+            self.push_block(block);
+        }
+    }
+
+    fn push_banded(&mut self, first: usize, coefficients: &[f64], right: Point<D>, weight: f64) {
         let root = weight.sqrt();
-        self.row.fill(0.0);
-        for (entry, c) in self.row.iter_mut().zip(coefficients) {
-            *entry = c * root;
-        }
+        let mut row = [0.0; BAND];
+        row.iter_mut().zip(coefficients).for_each(|(entry, c)| *entry = c * root);
         let mut right = right * root;
-        let mut length = coefficients.len().min(self.band);
-        for k in first..self.columns {
-            if self.row[0] != 0.0 {
-                self.rotate(k, &mut right);
-                length = self.band;
+        let pivots = self.triangle.as_chunks_mut().0[first..].iter_mut();
+        for (pivot, known) in pivots.zip(&mut self.right[first..]) {
+            if row[0] != 0.0 {
+                rotate(pivot, &mut row, known, &mut right);
             }
-            if length <= 1 {
-                break;
-            }
-            self.row.copy_within(1.., 0);
-            self.row[self.band - 1] = 0.0;
-            if self.row[..length].iter().all(|&x| x == 0.0) {
+            row = [row[1], row[2], row[3], 0.0];
+            if row == [0.0; BAND] {
                 break;
             }
         }
     }
 
-    /// Rotates the row against row `k` of the triangle so that its first entry vanishes.
-    fn rotate(&mut self, k: usize, right: &mut Point<D>) {
-        let pivot = &mut self.triangle[k * self.band..(k + 1) * self.band];
-        let length = pivot[0].hypot(self.row[0]);
-        let (c, s) = (pivot[0] / length, self.row[0] / length);
-        for (p, r) in pivot.iter_mut().zip(&mut self.row).take(self.columns - k) {
-            (*p, *r) = (c * *p + s * *r, c * *r - s * *p);
-        }
-        (self.right[k], *right) = (self.right[k] * c + *right * s, *right * c - self.right[k] * s);
+    /// The same problem in as many equations as unknowns: the rows of the triangle from the diagonal on, and their right-hand sides.
+    pub fn reduced(&mut self) -> impl Iterator<Item = (&[f64], Point<D>)> {
+        self.absorb_waiting();
+        (0..self.columns).map(|k| (self.triangle_row(k), self.right[k]))
     }
 
-    /// Row `k` of the triangle from its diagonal on, and its right-hand side: the same problem in
-    /// as many equations as unknowns.
-    pub fn reduced(&self, k: usize) -> (&[f64], Point<D>) {
-        let entries = &self.triangle[k * self.band..(k + 1) * self.band];
-        (&entries[..self.band.min(self.columns - k)], self.right[k])
+    fn triangle_row(&self, k: usize) -> &[f64] {
+        let band = self.band();
+        &self.triangle[k * band..][..band.min(self.columns - k)]
+    }
+
+    fn band(&self) -> usize {
+        if self.dense { self.columns } else { BAND }
     }
 
     /// The unknowns. O(columns * band), for dense problems O(columns^3) for the rank.
@@ -96,15 +116,16 @@ impl<const D: usize> LeastSquares<D> {
     /// # Errors
     /// [`Deficient`]: the rows leave some combination of unknowns free, up to rounding. Columns are
     /// compared by direction, so that their scales do not matter.
-    pub fn solve(&self) -> Result<Vec<Point<D>>, Deficient> {
-        let rank = if self.band == self.columns { self.rank_by_singular_values() } else { self.rank_by_diagonal() };
+    pub fn solve(&mut self) -> Result<Vec<Point<D>>, Deficient> {
+        self.absorb_waiting();
+        let rank = if self.dense { self.rank_by_singular_values() } else { self.rank_by_diagonal() };
         if rank < self.columns {
             return Err(Deficient { rank, columns: self.columns });
         }
         let mut solution = self.right.clone();
         for k in (0..self.columns).rev() {
-            let (row, right) = self.reduced(k);
-            let known = row[1..].iter().zip(&solution[k + 1..]).fold(right, |rest, (&r, &x)| rest - x * r);
+            let row = self.triangle_row(k);
+            let known = row[1..].iter().zip(&solution[k + 1..]).fold(solution[k], |rest, (&r, &x)| rest - x * r);
             solution[k] = known.map(|x| x / row[0]);
         }
         Ok(solution)
@@ -112,13 +133,12 @@ impl<const D: usize> LeastSquares<D> {
 
     /// The entry of the triangle in row `i` and column `j`.
     fn entry(&self, i: usize, j: usize) -> f64 {
-        if i <= j && j < i + self.band { self.triangle[i * self.band + j - i] } else { 0.0 }
+        if i <= j && j < i + self.band() { self.triangle[i * self.band() + j - i] } else { 0.0 }
     }
 
     /// The length of a column, which rotations do not change.
     fn column_norm(&self, j: usize) -> f64 {
-        let entries = ((j + 1).saturating_sub(self.band)..=j).map(|i| self.entry(i, j));
-        entries.fold(0.0, f64::hypot)
+        length(((j + 1).saturating_sub(self.band())..=j).map(|i| self.entry(i, j)))
     }
 
     fn rank_by_singular_values(&self) -> usize {
@@ -135,9 +155,19 @@ impl<const D: usize> LeastSquares<D> {
 
     /// `|R[k][k]|` is the part of column `k` that the columns before it do not span.
     fn rank_by_diagonal(&self) -> usize {
-        let threshold = f64::EPSILON * ROUNDINGS * self.band as f64;
+        let threshold = f64::EPSILON * ROUNDINGS * self.band() as f64;
         (0..self.columns).filter(|&k| self.entry(k, k).abs() > threshold * self.column_norm(k)).count()
     }
+}
+
+/// Rotates a row against one of the triangle so that its first entry vanishes.
+fn rotate<const D: usize>(pivot: &mut [f64; BAND], row: &mut [f64; BAND], known: &mut Point<D>, right: &mut Point<D>) {
+    let length = Point([pivot[0], row[0]]).norm();
+    let (c, s) = (pivot[0] / length, row[0] / length);
+    for (p, r) in pivot.iter_mut().zip(row) {
+        (*p, *r) = (c * *p + s * *r, c * *r - s * *p);
+    }
+    (*known, *right) = (*known * c + *right * s, *right * c - *known * s);
 }
 
 #[cfg(test)]
@@ -202,6 +232,27 @@ mod tests {
             parallel.push(0, &[0.1 * number(i), 0.3 * number(i)], Point([number(i + 3)]), 1.0);
         }
         assert_eq!(parallel.solve().unwrap_err().rank, 1);
+    }
+
+    #[test]
+    fn columns_and_weights_at_the_ends_of_the_range_change_no_digit() {
+        for (columns, band) in [(5, 5), (12, 4)] {
+            let solve = |scale: &dyn Fn(usize) -> f64, weight: f64| {
+                let mut problem = LeastSquares::<1>::banded(columns, band);
+                for i in 0..150 {
+                    let first = i * (columns - band + 1) / 150;
+                    let a: Vec<f64> = coefficients(i, band).iter().enumerate().map(|(k, a)| a * scale(first + k)).collect();
+                    problem.push(first, &a, Point([number(i + 900)]), weight);
+                }
+                problem.solve().unwrap()
+            };
+            let plain = solve(&|_| 1.0, 1.0);
+            let power = |k: usize| 2f64.powi([-400, 500, 0, -200, 300][k % 5]);
+            for weight in [1.0, 1e300, 1e-300] {
+                let scaled = solve(&power, weight);
+                assert!((0..columns).all(|k| (scaled[k][0] * power(k) - plain[k][0]).abs() < 1e-12), "{scaled:?}");
+            }
+        }
     }
 
     /// A Vandermonde matrix of condition 1e8: normal equations would leave no digit.

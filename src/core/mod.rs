@@ -15,6 +15,7 @@ mod distance;
 pub mod error;
 pub mod evaluate;
 pub mod fit;
+mod householder;
 pub mod interpolate;
 pub mod join;
 mod joint_rows;

@@ -26,14 +26,9 @@ impl<const D: usize> Point<D> {
         self.0.iter().fold(0.0, |m, x| f64::max(m, x.abs()))
     }
 
-    /// The Euclidean length; scaled, so that it neither overflows nor vanishes before its value does.
+    /// The Euclidean length; scaled where it would overflow or vanish before its value does.
     pub fn norm(self) -> f64 {
-        let scale = self.max_abs();
-        if scale == 0.0 || !scale.is_finite() {
-            return scale;
-        }
-        let scaled = self.map(|x| x / scale);
-        scale * scaled.dot(scaled).sqrt()
+        length(self.0.into_iter())
     }
 
     /// The distance to another point.
@@ -62,6 +57,24 @@ impl<const D: usize> Point<D> {
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|x| x.is_finite())
     }
+}
+
+/// The root of the sum of squares; scaled, by a power of two, which changes no digit, where a square overflows or one that counts
+/// vanishes.
+pub(crate) fn length(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    const LARGE: f64 = f64::from_bits((1023 + 600) << 52);
+    let scaled = |factor: f64| values.clone().map(|x| (x * factor) * (x * factor)).sum::<f64>();
+    let square = scaled(1.0);
+    match square {
+        _ if is_safe(square) => square.sqrt(),
+        _ if square < 1.0 => scaled(LARGE).sqrt() / LARGE,
+        _ => scaled(1.0 / LARGE).sqrt() * LARGE,
+    }
+}
+
+/// Whether this sum of squares has lost nothing to the ends of the range of a double.
+pub(crate) fn is_safe(square: f64) -> bool {
+    (1e-250..1e250).contains(&square)
 }
 
 /// The largest absolute coordinate of a set of points: the unit of rounding errors.

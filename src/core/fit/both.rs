@@ -94,7 +94,7 @@ impl<const D: usize> Solver<D> for Both {
 
 impl<const D: usize> Alternation<D> {
     fn best_polygon(&self, matrix: ShapeMatrix) -> Result<State<D>, Unsolved> {
-        let polygon = solve_for_control_points(self.reduced.equations(), &matrix, self.fixed)?;
+        let polygon = solve_for_control_points(self.reduced.blocks(), &matrix, self.fixed)?;
         let error = self.reduced.error(&matrix.apply(&polygon));
         Ok(State { matrix, polygon, error })
     }

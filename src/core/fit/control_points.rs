@@ -2,7 +2,7 @@
 
 use super::data::Data;
 use super::parameters::distinct;
-use super::reduced::{deficiency, equations, solve_for_control_points};
+use super::reduced::{blocks, deficiency, solve_for_control_points};
 use super::{Ends, Solved, Solver};
 use crate::core::basis::{Basis, ShapeMatrix};
 use crate::core::curve::Single;
@@ -56,8 +56,8 @@ impl<const D: usize> Solver<D> for ControlPoints {
     fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         self.refuse_straight_limit()?;
         let length = self.basis.length();
-        let rows = equations(data, parameters, length, self.matrix.degree(), Point::ZERO);
-        let points = solve_for_control_points(rows, &self.matrix, data.fixed_ends()).map_err(|unsolved| {
+        let blocks = blocks(data, parameters, length, self.matrix.degree(), Point::ZERO);
+        let points = solve_for_control_points(blocks, &self.matrix, data.fixed_ends()).map_err(|unsolved| {
             unsolved.explained(|deficient| {
                 let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < length);
                 let count = distinct(parameters.iter().copied().filter(inner));

@@ -9,7 +9,7 @@ use crate::core::point::Point;
 /// Points, weights and what happens at the ends.
 pub(super) struct Data<const D: usize> {
     pub(super) points: Vec<Point<D>>,
-    weights: Option<Vec<f64>>,
+    pub(super) weights: Option<Vec<f64>>,
     pub(super) ends: Ends,
 }
 

@@ -109,7 +109,7 @@ impl<const D: usize> Program<D> {
         let last = polygon[polygon.len() - 1];
         let degree = elevation.degree();
         let norm = reduced.norm();
-        let equation = |(row, right, _): (Vec<f64>, Point<D>, f64)| {
+        let equation = |(row, right): (&[f64], Point<D>)| {
             let known = if unknown.start > 0 { polygon[0] * row[0] + last * row[degree] } else { Point::ZERO };
             (row[unknown.clone()].iter().map(|r| r / norm).collect(), scale(right - known).map(|x| x / norm))
         };

@@ -3,25 +3,35 @@
 use super::data::Data;
 use super::unsolved::Unsolved;
 use crate::core::basis::ShapeMatrix;
-use crate::core::bezier_form::bernstein;
 use crate::core::error::{Error, Fault};
-use crate::core::least_squares::{Deficient, LeastSquares};
-use crate::core::point::Point;
-use crate::core::work::Pace;
-
-/// One equation: coefficients of all Bezier points, right-hand side, weight.
-pub(super) type Equation<const D: usize> = (Vec<f64>, Point<D>, f64);
+use crate::core::householder::Column;
+use crate::core::lanes::{LANES, bernstein};
+use crate::core::least_squares::{Block, Deficient, LeastSquares};
+use crate::core::point::{self, Point};
+use crate::core::work;
 
 /// One equation per point: `sum_i B_i(u) Q_i = p`, coordinates counted from `origin`.
-pub(super) fn equations<'a, const D: usize>(
+pub(super) fn blocks<'a, const D: usize>(
     data: &'a Data<D>,
     parameters: &'a [f64],
     length: f64,
     degree: usize,
     origin: Point<D>,
-) -> impl Iterator<Item = Equation<D>> + 'a {
-    let bernstein_at = move |t: f64| bernstein(degree, t / length, (length - t) / length);
-    parameters.iter().enumerate().map(move |(i, &t)| (bernstein_at(t), data.points[i] - origin, data.weight(i)))
+) -> impl Iterator<Item = Block<D>> + 'a {
+    parameters.chunks(LANES).zip(data.points.chunks(LANES)).enumerate().map(move |(part, (parameters, points))| {
+        // Lanes without a point keep u = v = 0, where all Bernstein polynomials of a positive degree vanish.
+        let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
+        let mut block = Block { columns: Vec::new(), right: [[0.0; LANES]; D] };
+        for (l, (t, &p)) in parameters.iter().zip(points).enumerate() {
+            (u[l], v[l]) = (t / length, (length - t) / length);
+            block.right.iter_mut().zip((p - origin).0).for_each(|(column, x)| column[l] = x);
+        }
+        block.columns = bernstein(degree, &u, &v);
+        if let Some(weights) = &data.weights {
+            block.weigh(&weights[part * LANES..][..points.len()]);
+        }
+        block
+    })
 }
 
 /// The data reduced to `degree + 1` equations `R Q = c` that have, up to a constant, the same sum of
@@ -36,22 +46,27 @@ impl<const D: usize> Reduced<D> {
     /// O(points * degree^2).
     pub(super) fn new(data: &Data<D>, parameters: &[f64], degree: usize, origin: Point<D>) -> Result<Self, Error> {
         let mut problem = LeastSquares::dense(degree + 1);
-        let mut pace = Pace::default();
-        for (row, right, weight) in equations(data, parameters, 1.0, degree, origin) {
-            pace.step()?;
-            problem.push(0, &row, right, weight);
+        for block in blocks(data, parameters, 1.0, degree, origin) {
+            work::checkpoint()?;
+            problem.push_block(block);
         }
-        let full_row = |k: usize| {
-            let (entries, right) = problem.reduced(k);
-            ([vec![0.0; k], entries.to_vec()].concat(), right)
-        };
-        let (rows, right) = (0..=degree).map(full_row).unzip();
+        let full_row = |(k, (entries, right)): (usize, (&[f64], Point<D>))| ([&vec![0.0; k], entries].concat(), right);
+        let (rows, right) = problem.reduced().enumerate().map(full_row).unzip();
         Ok(Reduced { rows, right })
     }
 
     /// The equations, each of weight 1.
-    pub(super) fn equations(&self) -> impl Iterator<Item = Equation<D>> + '_ {
-        self.rows.iter().zip(&self.right).map(|(row, &right)| (row.clone(), right, 1.0))
+    pub(super) fn equations(&self) -> impl Iterator<Item = (&[f64], Point<D>)> {
+        self.rows.iter().map(Vec::as_slice).zip(self.right.iter().copied())
+    }
+
+    /// The same, side by side.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = Block<D>> {
+        self.rows.chunks(LANES).zip(self.right.chunks(LANES)).map(|(rows, right)| {
+            let mut block = Block::zeros(self.rows.len());
+            rows.iter().zip(right).enumerate().for_each(|(l, (row, &right))| block.put(l, 0, row, right, 1.0));
+            block
+        })
     }
 
     /// `R Q` for these Bezier points, or vectors.
@@ -71,7 +86,7 @@ impl<const D: usize> Reduced<D> {
 
     /// The Frobenius norm of `R`.
     pub(super) fn norm(&self) -> f64 {
-        self.rows.iter().flatten().fold(0.0, |norm: f64, &r| norm.hypot(r))
+        point::length(self.rows.iter().flatten().copied())
     }
 }
 
@@ -87,25 +102,27 @@ pub(super) fn inner<const D: usize>(a: &[Point<D>], b: &[Point<D>]) -> f64 {
 
 /// The Euclidean length of a list of vectors.
 pub(super) fn length<const D: usize>(a: &[Point<D>]) -> f64 {
-    a.iter().fold(0.0, |norm: f64, p| norm.hypot(p.norm()))
+    point::length(a.iter().flat_map(|p| p.0))
 }
 
 /// The control points that solve equations for the Bezier points `M P`; with `fixed` the first and
 /// the last control point are known.
 pub(super) fn solve_for_control_points<const D: usize>(
-    equations: impl Iterator<Item = Equation<D>>,
+    blocks: impl Iterator<Item = Block<D>>,
     matrix: &ShapeMatrix,
     fixed: Option<(Point<D>, Point<D>)>,
 ) -> Result<Vec<Point<D>>, Unsolved> {
     let order = matrix.order();
-    let unknown = if fixed.is_some() { 1..order } else { 0..order + 1 };
-    let mut problem = LeastSquares::dense(unknown.len());
-    let mut pace = Pace::default();
-    for (bezier, right, weight) in equations {
-        pace.step()?;
-        let column = |j: usize| bezier.iter().zip(matrix.rows()).map(|(b, row)| b * row[j]).sum::<f64>();
-        let right = fixed.map_or(right, |(first, last)| right - first * column(0) - last * column(order));
-        problem.push(0, &unknown.clone().map(column).collect::<Vec<_>>(), right, weight);
+    let unknown = if fixed.is_some() { order - 1 } else { order + 1 };
+    let mut problem = LeastSquares::dense(unknown);
+    for block in blocks {
+        work::checkpoint()?;
+        let mut block = Block { columns: control_columns(&block.columns, matrix), right: block.right };
+        if let Some((first, last)) = fixed {
+            block.settle(0, first);
+            block.settle(order - 1, last);
+        }
+        problem.push_block(block);
     }
     let mut points = problem.solve()?;
     if let Some((first, last)) = fixed {
@@ -113,6 +130,17 @@ pub(super) fn solve_for_control_points<const D: usize>(
         points.push(last);
     }
     Ok(points)
+}
+
+/// Coefficients of control points from those of Bezier points.
+fn control_columns(bezier: &[Column], matrix: &ShapeMatrix) -> Vec<Column> {
+    let mut columns = vec![[0.0; LANES]; matrix.order() + 1];
+    for (bezier, row) in bezier.iter().zip(matrix.rows()) {
+        for (column, &m) in columns.iter_mut().zip(row).filter(|&(_, &m)| m != 0.0) {
+            column.iter_mut().zip(bezier).for_each(|(sum, b)| *sum += b * m);
+        }
+    }
+    columns
 }
 
 /// Names a deficiency by what causes it: too few parameters, or rounding.
