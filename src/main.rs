@@ -2,7 +2,7 @@
 
 use std::error::Error;
 use std::ffi::OsString;
-use std::io::{BufReader, BufWriter, stdin, stdout};
+use std::io::{BufReader, BufWriter, Write, stdin, stdout};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -87,7 +87,9 @@ fn serve(config: Config) -> Result<(), Box<dyn Error>> {
     let result = runtime.block_on(async {
         let signals = Signals::catch()?;
         let server = Server::bind(config).await?;
-        println!("springline {} listens on {url}\ndocumentation: {url}/docs", env!("CARGO_PKG_VERSION"), url = server.url()?);
+        // Who starts it need not read this.
+        let _ =
+            writeln!(stdout(), "springline {} listens on {url}\ndocumentation: {url}/docs", env!("CARGO_PKG_VERSION"), url = server.url()?);
         server.run(signals).await;
         Ok(())
     });
@@ -110,6 +112,5 @@ fn operation(words: &[OsString]) -> Result<(), String> {
 }
 
 fn print_openapi() -> Result<(), Box<dyn Error>> {
-    println!("{}", http::openapi().to_pretty_json()?);
-    Ok(())
+    Ok(writeln!(stdout(), "{}", http::openapi().to_pretty_json()?)?)
 }

@@ -215,7 +215,7 @@ impl Call {
     }
 }
 
-fn read<Request: DeserializeOwned>(body: &[u8], form: Form, max_depth: usize) -> Result<Request, Problem> {
+fn read<Request: DeserializeOwned>(body: &Bytes, form: Form, max_depth: usize) -> Result<Request, Problem> {
     let read = |text: &[u8]| {
         json::check_depth(text, max_depth)?;
         json::from_bytes(text)

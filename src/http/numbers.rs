@@ -1,4 +1,4 @@
-//! Lists of numbers and of points: gathered from what is serialised, and written in one go.
+//! Lists of numbers and of points: taken from what is serialised, and written in one go.
 
 use std::io::Write;
 use std::thread;
@@ -7,65 +7,106 @@ use serde::ser::{self, Impossible, Serialize, SerializeTuple};
 
 use super::paper::Paper;
 use super::shape::{Layout, Precision, Shape};
-use super::writer::{Unwritten, not_finite, refuse, refuse_compounds};
+use super::writer::{Unwritten, not_finite, other, refuse, refuse_compounds};
 use crate::core::work;
 
-/// A list of numbers (0 columns), or of points with so many coordinates.
-#[derive(Debug, Default)]
-pub struct Numbers {
+/// A number (0 columns), or the coordinates of a point.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Row {
+    values: [f64; WIDEST],
     pub columns: usize,
-    pub values: Vec<f64>,
+}
+
+/// The most coordinates of a point, with one to spare.
+const WIDEST: usize = 4;
+
+impl Row {
+    /// What an entry of a list is, if it is a number or a point.
+    #[inline]
+    pub fn of<T: ?Sized + Serialize>(entry: &T) -> Option<Self> {
+        entry.serialize(Take).ok()
+    }
+
+    /// How many numbers.
+    pub fn width(&self) -> usize {
+        self.columns.max(1)
+    }
+
+    /// The numbers.
+    pub fn values(&self) -> &[f64] {
+        &self.values[..self.width()]
+    }
+}
+
+/// Numbers row by row.
+#[derive(Debug)]
+pub struct Numbers {
+    columns: usize,
+    values: Vec<f64>,
 }
 
 /// As many numbers as are worth another thread: their text takes some hundred microseconds, a thread some ten.
 const WORTH: usize = 8_192;
 /// What a number takes in JSON, mostly; with its comma.
 const DIGITS: usize = 21;
+/// Numbers whose bytes are copied at once.
+const BLOCK: usize = 512;
+
+fn check_finite(values: &[f64]) -> Result<(), Unwritten> {
+    // Not `all`, which would end early: so the loop takes many at once.
+    let finite = values.iter().fold(true, |finite, value| finite & value.is_finite());
+    if finite { Ok(()) } else { Err(not_finite()) }
+}
+
+/// Writes the bytes of numbers; how many.
+pub fn write_raw(first: Row, rows: impl Iterator<Item = Option<Row>>, precision: Precision, paper: &mut Paper) -> Result<usize, Unwritten> {
+    let mut block = Vec::with_capacity(BLOCK + WIDEST);
+    block.extend_from_slice(first.values());
+    let mut count = 0;
+    for row in rows {
+        block.extend_from_slice(row.map_or_else(other, Ok)?.values());
+        if block.len() >= BLOCK {
+            count += block.len();
+            write_block(&mut block, precision, paper)?;
+        }
+    }
+    count += block.len();
+    write_block(&mut block, precision, paper).map(|()| count)
+}
+
+/// Empties a block of up to [`BLOCK`] numbers and a row.
+fn write_block(block: &mut Vec<f64>, precision: Precision, paper: &mut Paper) -> Result<(), Unwritten> {
+    let mut bytes = [0; 8 * (BLOCK + WIDEST)];
+    if precision != Precision::Full {
+        block.iter_mut().for_each(|value| *value = precision.round(*value));
+    }
+    check_finite(block)?;
+    let width = if precision == Precision::Single {
+        bytes.as_chunks_mut().0.iter_mut().zip(block.iter()).for_each(|(to, value)| *to = (*value as f32).to_le_bytes());
+        4
+    } else {
+        bytes.as_chunks_mut().0.iter_mut().zip(block.iter()).for_each(|(to, value)| *to = value.to_le_bytes());
+        8
+    };
+    paper.write_all(&bytes[..width * block.len()])?;
+    block.clear();
+    Ok(())
+}
 
 impl Numbers {
-    /// The list that begins with this entry and has so many; none if the entry is no number and no point.
-    pub fn beginning_with<T: ?Sized + Serialize>(first: &T, rows: usize) -> Option<Self> {
-        let mut values = Vec::new();
-        let columns = first.serialize(Gather(&mut values)).ok()?;
-        values.reserve_exact(rows.saturating_sub(1).saturating_mul(columns.max(1)));
-        Some(Numbers { columns, values })
-    }
-
-    /// Adds an entry.
-    #[inline]
-    pub fn push<T: ?Sized + Serialize>(&mut self, entry: &T) -> Result<(), Unwritten> {
-        entry.serialize(Gather(&mut self.values)).map(drop)
+    /// Takes a whole list, whose length may be known.
+    pub fn gather(first: Row, rows: impl Iterator<Item = Option<Row>>) -> Result<Self, Unwritten> {
+        let mut values = Vec::with_capacity((1 + rows.size_hint().0) * first.width());
+        values.extend_from_slice(first.values());
+        for row in rows {
+            values.extend_from_slice(row.map_or_else(other, Ok)?.values());
+        }
+        Ok(Numbers { columns: first.columns, values })
     }
 
     /// How many numbers or points.
-    pub fn rows(&self) -> usize {
+    fn rows(&self) -> usize {
         self.values.len() / self.columns.max(1)
-    }
-
-    /// Rounds every number; refuses what is not finite then.
-    pub fn round(&mut self, precision: Precision) -> Result<(), Unwritten> {
-        if precision != Precision::Full {
-            self.values.iter_mut().for_each(|value| *value = precision.round(*value));
-        }
-        // Not `all`, which would end early: so the loop takes many at once.
-        let finite = self.values.iter().fold(true, |finite, value| finite & value.is_finite());
-        if finite { Ok(()) } else { Err(not_finite()) }
-    }
-
-    /// Writes the bytes of every number.
-    pub fn write_raw(&self, precision: Precision, paper: &mut Paper) -> Result<(), Unwritten> {
-        let mut bytes = [0; 8 * 512];
-        for values in self.values.chunks(512) {
-            let length = if precision == Precision::Single {
-                bytes.chunks_exact_mut(4).zip(values).for_each(|(to, value)| to.copy_from_slice(&(*value as f32).to_le_bytes()));
-                4 * values.len()
-            } else {
-                bytes.chunks_exact_mut(8).zip(values).for_each(|(to, value)| to.copy_from_slice(&value.to_le_bytes()));
-                8 * values.len()
-            };
-            paper.write_all(&bytes[..length])?;
-        }
-        Ok(())
     }
 
     /// Writes the list as JSON; a long one on several threads, each its part.
@@ -104,6 +145,10 @@ fn write_part(values: &[f64], columns: usize, shape: Shape, paper: &mut Paper) -
     let mut buffers: [zmij::Buffer; AT_ONCE] = std::array::from_fn(|_| zmij::Buffer::new());
     let (mut line, mut before, mut column) = (Line::default(), if width > 0 { OPEN } else { NOTHING }, 0);
     for values in values.chunks(AT_ONCE) {
+        let mut rounded = [0.0; AT_ONCE];
+        rounded.iter_mut().zip(values).for_each(|(to, value)| *to = shape.precision.round(*value));
+        let values = &rounded[..values.len()];
+        check_finite(values)?;
         let mut texts = [""; AT_ONCE];
         for ((text, buffer), value) in texts.iter_mut().zip(&mut buffers).zip(values) {
             *text = if single { buffer.format_finite(*value as f32) } else { buffer.format_finite(*value) };
@@ -170,70 +215,67 @@ impl Line {
     }
 }
 
-/// Takes the numbers of a number (0 columns) or of a point (as many as coordinates); refuses anything else.
-struct Gather<'a>(&'a mut Vec<f64>);
+/// Takes a number or a point; refuses anything else.
+struct Take;
 
-/// The coordinates of a point.
-struct Coordinates<'a> {
-    values: &'a mut Vec<f64>,
-    columns: usize,
-}
-
-impl SerializeTuple for Coordinates<'_> {
-    type Ok = usize;
+impl SerializeTuple for Row {
+    type Ok = Row;
     type Error = Unwritten;
 
     #[inline]
     fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
-        value.serialize(Gather(self.values))?;
+        let number = value.serialize(Take)?;
+        let to = self.values.get_mut(self.columns).map_or_else(other, Ok)?;
+        *to = number.values[0];
         self.columns += 1;
-        Ok(())
+        if number.columns == 0 { Ok(()) } else { other() }
     }
 
     #[inline]
-    fn end(self) -> Result<usize, Unwritten> {
-        Ok(self.columns)
+    fn end(self) -> Result<Row, Unwritten> {
+        Ok(self)
     }
 }
 
-impl<'a> ser::Serializer for Gather<'a> {
-    type Ok = usize;
+impl ser::Serializer for Take {
+    type Ok = Row;
     type Error = Unwritten;
-    type SerializeSeq = Impossible<usize, Unwritten>;
-    type SerializeTuple = Coordinates<'a>;
-    type SerializeStruct = Impossible<usize, Unwritten>;
+    type SerializeSeq = Impossible<Row, Unwritten>;
+    type SerializeTuple = Row;
+    type SerializeStruct = Impossible<Row, Unwritten>;
 
-    refuse_compounds!(usize);
-    refuse! { usize; serialize_bool(bool) serialize_i8(i8) serialize_i16(i16) serialize_i32(i32) serialize_i64(i64) serialize_u8(u8)
+    refuse_compounds!(Row);
+    refuse! { Row; serialize_bool(bool) serialize_i8(i8) serialize_i16(i16) serialize_i32(i32) serialize_i64(i64) serialize_u8(u8)
     serialize_u16(u16) serialize_u32(u32) serialize_u64(u64) serialize_f32(f32) serialize_char(char) serialize_str(&str)
     serialize_bytes(&[u8]) serialize_none() serialize_unit() serialize_unit_struct(&'static str)
     serialize_unit_variant(&'static str, u32, &'static str) }
 
     #[inline]
-    fn serialize_f64(self, value: f64) -> Result<usize, Unwritten> {
-        self.0.push(value);
-        Ok(0)
+    fn serialize_f64(self, value: f64) -> Result<Row, Unwritten> {
+        Ok(Row { values: [value, 0.0, 0.0, 0.0], columns: 0 })
     }
 
-    fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<usize, Unwritten> {
+    #[inline]
+    fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<Row, Unwritten> {
         value.serialize(self)
     }
 
-    fn serialize_newtype_struct<T: ?Sized + Serialize>(self, _: &'static str, value: &T) -> Result<usize, Unwritten> {
+    #[inline]
+    fn serialize_newtype_struct<T: ?Sized + Serialize>(self, _: &'static str, value: &T) -> Result<Row, Unwritten> {
         value.serialize(self)
     }
 
     fn serialize_seq(self, _: Option<usize>) -> Result<Self::SerializeSeq, Unwritten> {
-        Err(ser::Error::custom("not a number"))
+        other()
     }
 
     #[inline]
-    fn serialize_tuple(self, _: usize) -> Result<Coordinates<'a>, Unwritten> {
-        Ok(Coordinates { values: self.0, columns: 0 })
+    fn serialize_tuple(self, _: usize) -> Result<Row, Unwritten> {
+        Ok(Row::default())
     }
 
     fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeStruct, Unwritten> {
-        Err(ser::Error::custom("not a number"))
+        other()
     }
 }
 
@@ -273,11 +315,16 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_refused() {
-        assert!(Numbers::beginning_with(&"text", 1).is_none());
-        assert!(Numbers::beginning_with(&vec![1.0], 1).is_none());
-        let mut points = Numbers::beginning_with(&[1.0, f64::INFINITY], 1).unwrap();
-        assert_eq!((points.columns, points.rows()), (2, 1));
-        assert!(points.round(Precision::Full).is_err());
+        assert!(Row::of(&"text").is_none() && Row::of(&7u64).is_none());
+        assert!(Row::of(&vec![1.0]).is_none() && Row::of(&[[1.0, 2.0]]).is_none() && Row::of(&[0.0; 5]).is_none());
+        let point = Row::of(&[1.0, f64::INFINITY]).unwrap();
+        assert_eq!((point.columns, point.values()), (2, &[1.0, f64::INFINITY][..]));
+        let mut paper = Paper::new(&Budget::unlimited());
+        for precision in [Precision::Full, Precision::Single] {
+            assert!(write_raw(point, std::iter::empty(), precision, &mut paper).is_err());
+            let numbers = Numbers::gather(point, std::iter::empty()).unwrap();
+            assert!(numbers.write_json(Shape { precision, ..Shape::default() }, &mut paper).is_err());
+        }
     }
 
     #[test]

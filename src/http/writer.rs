@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde::ser::{self, Impossible, Serialize, SerializeSeq, SerializeStruct, SerializeTuple};
 
-use super::numbers::Numbers;
+use super::numbers::{Numbers, Row, write_raw};
 use super::paper::Paper;
 use super::shape::{MAGIC, PREFIX, Precision, Shape};
 
@@ -97,14 +97,14 @@ impl Writer<'_> {
     }
 
     /// A list of numbers or of points.
-    fn numbers(&mut self, mut numbers: Numbers) -> Result<(), Unwritten> {
+    fn numbers(&mut self, first: Row, rows: impl Iterator<Item = Option<Row>>) -> Result<(), Unwritten> {
         let precision = self.shape.precision;
-        numbers.round(precision)?;
-        let Some(raw) = &mut self.raw else { return numbers.write_json(self.shape, self.paper) };
+        let Some(raw) = &mut self.raw else { return Numbers::gather(first, rows)?.write_json(self.shape, self.paper) };
         let name = if precision == Precision::Single { "$f32" } else { "$f64" };
-        write!(raw.header, "{{\"{name}\":[{},{},{}]}}", raw.count, numbers.rows(), numbers.columns)?;
-        raw.count += numbers.values.len();
-        numbers.write_raw(precision, &mut raw.data)
+        let count = write_raw(first, rows, precision, &mut raw.data)?;
+        write!(raw.header, "{{\"{name}\":[{},{},{}]}}", raw.count, count / first.width(), first.columns)?;
+        raw.count += count;
+        Ok(())
     }
 
     fn finish(self) -> Result<(), Unwritten> {
@@ -120,48 +120,36 @@ impl Writer<'_> {
     }
 }
 
-/// A list: of numbers or points, or of something else; its first entry decides.
+/// A list of anything but numbers and points, or a single point.
 struct List<'a, 'b> {
     writer: &'a mut Writer<'b>,
-    /// How many entries there will be.
-    length: usize,
-    kind: Kind,
+    first: bool,
 }
 
-enum Kind {
-    Empty,
-    Numbers(Numbers),
-    /// Whatever it is, as JSON.
-    Plain,
+impl SerializeTuple for List<'_, '_> {
+    type Ok = ();
+    type Error = Unwritten;
+
+    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
+        self.writer.text(if std::mem::take(&mut self.first) { b"" } else { b"," })?;
+        value.serialize(&mut *self.writer)
+    }
+
+    fn end(self) -> Result<(), Unwritten> {
+        self.writer.text(b"]")
+    }
 }
 
 impl SerializeSeq for List<'_, '_> {
     type Ok = ();
     type Error = Unwritten;
 
-    #[inline]
     fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
-        match &mut self.kind {
-            Kind::Numbers(numbers) => return numbers.push(value),
-            Kind::Plain => self.writer.text(b",")?,
-            Kind::Empty => {
-                if let Some(numbers) = Numbers::beginning_with(value, self.length) {
-                    self.kind = Kind::Numbers(numbers);
-                    return Ok(());
-                }
-                self.kind = Kind::Plain;
-                self.writer.text(b"[")?;
-            }
-        }
-        value.serialize(&mut *self.writer)
+        SerializeTuple::serialize_element(self, value)
     }
 
     fn end(self) -> Result<(), Unwritten> {
-        match self.kind {
-            Kind::Empty => self.writer.text(b"[]"),
-            Kind::Numbers(numbers) => self.writer.numbers(numbers),
-            Kind::Plain => self.writer.text(b"]"),
-        }
+        SerializeTuple::end(self)
     }
 }
 
@@ -243,31 +231,11 @@ impl SerializeStruct for Object<'_, '_> {
     }
 }
 
-/// A point or a pair by itself.
-struct Pair<'a, 'b> {
-    writer: &'a mut Writer<'b>,
-    first: bool,
-}
-
-impl SerializeTuple for Pair<'_, '_> {
-    type Ok = ();
-    type Error = Unwritten;
-
-    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
-        self.writer.text(if std::mem::take(&mut self.first) { b"" } else { b"," })?;
-        value.serialize(&mut *self.writer)
-    }
-
-    fn end(self) -> Result<(), Unwritten> {
-        self.writer.text(b"]")
-    }
-}
-
 impl<'a, 'b> ser::Serializer for &'a mut Writer<'b> {
     type Ok = ();
     type Error = Unwritten;
     type SerializeSeq = List<'a, 'b>;
-    type SerializeTuple = Pair<'a, 'b>;
+    type SerializeTuple = List<'a, 'b>;
     type SerializeStruct = Object<'a, 'b>;
 
     refuse_compounds!(());
@@ -314,13 +282,25 @@ impl<'a, 'b> ser::Serializer for &'a mut Writer<'b> {
         value.serialize(self)
     }
 
-    fn serialize_seq(self, length: Option<usize>) -> Result<List<'a, 'b>, Unwritten> {
-        Ok(List { writer: self, length: length.unwrap_or(0), kind: Kind::Empty })
+    fn serialize_seq(self, _: Option<usize>) -> Result<List<'a, 'b>, Unwritten> {
+        self.text(b"[")?;
+        Ok(List { writer: self, first: true })
     }
 
-    fn serialize_tuple(self, _: usize) -> Result<Pair<'a, 'b>, Unwritten> {
-        self.text(b"[")?;
-        Ok(Pair { writer: self, first: true })
+    /// Every list comes here whole; its first entry says what it is of.
+    fn collect_seq<I: IntoIterator<Item: Serialize>>(self, entries: I) -> Result<(), Unwritten> {
+        let mut entries = entries.into_iter();
+        let Some(first) = entries.next() else { return self.text(b"[]") };
+        if let Some(row) = Row::of(&first) {
+            return self.numbers(row, entries.map(|entry| Row::of(&entry)));
+        }
+        let mut list = self.serialize_seq(None)?;
+        std::iter::once(first).chain(entries).try_for_each(|entry| SerializeSeq::serialize_element(&mut list, &entry))?;
+        SerializeSeq::end(list)
+    }
+
+    fn serialize_tuple(self, length: usize) -> Result<List<'a, 'b>, Unwritten> {
+        self.serialize_seq(Some(length))
     }
 
     fn serialize_struct(self, _: &'static str, _: usize) -> Result<Object<'a, 'b>, Unwritten> {

@@ -10,15 +10,22 @@ use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::body::Bytes;
-use axum::http::header;
+use axum::http::{HeaderMap, header};
 use axum::response::IntoResponse;
 use axum::routing::post;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use springline::core::error::Error;
-use springline::http::json::from_bytes;
+use springline::http::budget::Budget;
+use springline::http::json::{from_bytes, write};
+use springline::http::paper::Paper;
+use springline::http::shape::{RAW, Shape};
 use springline::http::{evaluate, fit, interpolate, subdivide, to_bspline};
+
+/// As in the service.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 const ROUNDS: usize = 7;
 /// How long each server is driven in each round.
@@ -29,31 +36,48 @@ const CLIENTS: usize = 8;
 fn main() {
     match std::env::args().nth(1).as_deref() {
         Some("floor") => floor(),
-        Some(other) => eprintln!("{other}: there is only `floor`, which serves"),
-        None => compare(),
+        Some("batch") => batch(),
+        filter => {
+            compare(filter.unwrap_or(""));
+            if filter.is_none() {
+                batch();
+            }
+        }
     }
 }
 
 // ---- the floor
 
-type Ready = Mutex<HashMap<Bytes, (Arc<dyn Any + Send + Sync>, usize)>>;
+/// A ready answer, how long it is as JSON, and its bytes in the raw format.
+type Answered = (Arc<dyn Any + Send + Sync>, usize, Bytes);
+type Ready = Mutex<HashMap<Bytes, Answered>>;
 
-/// Reads the request, and writes the answer that the first such request got.
-async fn ready<Request, Answer>(known: Arc<Ready>, body: Bytes, operation: fn(Request) -> Result<Answer, Error>) -> impl IntoResponse
+/// Reads the request, and writes the answer that the first such request got: as JSON into a buffer of the right size, or a copy of the raw one.
+async fn ready<Request, Answer>(
+    known: Arc<Ready>,
+    headers: HeaderMap,
+    body: Bytes,
+    operation: fn(Request) -> Result<Answer, Error>,
+) -> impl IntoResponse
 where
     Request: DeserializeOwned,
     Answer: Serialize + Send + Sync + 'static,
 {
     let request: Request = from_bytes(&body).expect("the requests are good");
     let found = known.lock().unwrap().get(&body).cloned();
-    let (answer, length) = found.unwrap_or_else(|| {
+    let (answer, length, raw) = found.unwrap_or_else(|| {
         let answer = operation(from_bytes(&body).expect("the requests are good")).expect("the requests are good");
         let length = serde_json::to_vec(&answer).expect("answers can be written").len();
-        let ready = (Arc::new(answer) as Arc<dyn Any + Send + Sync>, length);
+        let mut paper = Paper::new(&Budget::unlimited());
+        write(&answer, Shape { raw: true, ..Shape::default() }, &mut paper).expect("the answers are finite");
+        let ready = (Arc::new(answer) as Arc<dyn Any + Send + Sync>, length, paper.finish().concat().into());
         known.lock().unwrap().insert(body, ready.clone());
         ready
     });
     std::hint::black_box(&request);
+    if headers.contains_key(header::ACCEPT) {
+        return ([(header::CONTENT_TYPE, RAW)], raw.to_vec());
+    }
     let mut text = Vec::with_capacity(length);
     serde_json::to_writer(&mut text, answer.downcast_ref::<Answer>().expect("one kind of answer for a path"))
         .expect("answers can be written");
@@ -65,7 +89,7 @@ fn floor() {
     macro_rules! route {
         ($module:ident) => {{
             let known = known.clone();
-            post(move |body: Bytes| ready(known.clone(), body, $module::operation))
+            post(move |headers: HeaderMap, body: Bytes| ready(known.clone(), headers, body, $module::operation))
         }};
     }
     let router = Router::new()
@@ -164,8 +188,15 @@ struct Case {
 }
 
 fn case(name: &str, path: &str, body: &Value) -> Case {
+    case_with(name, path, body, "")
+}
+
+/// A case with headers of its own.
+fn case_with(name: &str, path: &str, body: &Value, headers: &str) -> Case {
     let body = body.to_string();
-    let head = format!("POST {path} HTTP/1.1\r\nhost: bench\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\r\n", body.len());
+    let length = body.len();
+    let head =
+        format!("POST {path} HTTP/1.1\r\nhost: bench\r\ncontent-type: application/json\r\n{headers}content-length: {length}\r\n\r\n");
     Case { name: name.into(), request: [head.into_bytes(), body.into_bytes()].concat() }
 }
 
@@ -175,9 +206,13 @@ fn cases() -> Vec<Case> {
         (0..count).map(|i| f64::from(i) * 0.1).map(|t| [t + 0.03 * (7.0 * t).sin(), (1.3 * t).sin()]).collect()
     };
     let mut cases = Vec::new();
-    for count in [10, 100, 1_000, 10_000] {
-        let body = json!({"curve": cubic, "sampling": {"kind": "count", "count": count}});
-        cases.push(case(&format!("evaluate, {count} samples"), "/v1/evaluate", &body));
+    let sampled = |count: u32| json!({"curve": cubic, "sampling": {"kind": "count", "count": count}});
+    for count in [10, 100, 1_000, 10_000, 100_000] {
+        cases.push(case(&format!("evaluate, {count} samples"), "/v1/evaluate", &sampled(count)));
+    }
+    for count in [1_000, 10_000, 100_000] {
+        let accept = format!("accept: {RAW}\r\n");
+        cases.push(case_with(&format!("evaluate, {count} samples, raw"), "/v1/evaluate", &sampled(count), &accept));
     }
     cases.push(case(
         "subdivide at 3 parameters",
@@ -197,7 +232,13 @@ fn cases() -> Vec<Case> {
 /// CPU in microseconds for each request, with several clients for a while.
 fn cpu(server: &Server, request: &[u8]) -> f64 {
     let before = server.cpu();
-    let count: usize = std::thread::scope(|scope| {
+    let count = drive(server, request, CLIENTS);
+    (server.cpu() - before) / count as f64 * 1e6
+}
+
+/// How many requests so many clients get answered in a slice of time.
+fn drive(server: &Server, request: &[u8], clients: usize) -> usize {
+    std::thread::scope(|scope| {
         let drive = || {
             let (mut client, end, mut count) = (Client::open(server), Instant::now() + SLICE, 0);
             while Instant::now() < end {
@@ -206,10 +247,9 @@ fn cpu(server: &Server, request: &[u8]) -> f64 {
             }
             count
         };
-        let clients: Vec<_> = (0..CLIENTS).map(|_| scope.spawn(drive)).collect();
+        let clients: Vec<_> = (0..clients).map(|_| scope.spawn(drive)).collect();
         clients.into_iter().map(|client| client.join().unwrap()).sum()
-    });
-    (server.cpu() - before) / count as f64 * 1e6
+    })
 }
 
 /// Median latency in microseconds of one client.
@@ -229,18 +269,73 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-fn compare() {
+/// The release binary. It logs what goes wrong; a line for each request would cost what a small computation does.
+fn ours() -> Server {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/release/springline");
-    let mut ours = Command::new(std::env::var("SPRINGLINE_BINARY").unwrap_or(path.into()));
-    ours.args(["--listen", "127.0.0.1:0", "--log", "warn"]);
+    let mut command = Command::new(std::env::var("SPRINGLINE_BINARY").unwrap_or(path.into()));
+    command.args(["--listen", "127.0.0.1:0", "--log", &std::env::var("SPRINGLINE_BENCH_LOG").unwrap_or("warn".into())]);
+    Server::start(command)
+}
+
+/// Curves a second in a batch, and in single requests of 32 clients; both server and clients share this machine.
+fn batch() {
+    const LINES: usize = 50_000;
+    const SINGLE: usize = 32;
+    let server = ours();
+    let sampled = json!({"curve": {"family": "beta-bezier", "beta": 1, "control_points": [[0, 0], [1, 3], [4, 3], [5, 0]]},
+        "sampling": {"kind": "count", "count": 10}});
+    let case = case("", "/v1/evaluate", &sampled);
+    let line = json!({"op": "evaluate", "body": sampled}).to_string() + "\n";
+    let (mut in_batch, mut alone) = (Vec::new(), Vec::new());
+    for _ in 0..ROUNDS {
+        in_batch.push(LINES as f64 / whole_batch(&server, &line.repeat(LINES)));
+        let start = Instant::now();
+        alone.push(drive(&server, &case.request, SINGLE) as f64 / start.elapsed().as_secs_f64());
+    }
+    let (in_batch, alone) = (median(in_batch), median(alone));
+    println!(
+        "\ncurves a second, 10 samples each: {in_batch:.0} in a batch, {alone:.0} alone by {SINGLE} clients, {:.1} times",
+        in_batch / alone
+    );
+}
+
+/// Seconds from the first byte sent to the last received.
+fn whole_batch(server: &Server, lines: &str) -> f64 {
+    let mut stream = TcpStream::connect(&server.address).unwrap();
+    let head = format!(
+        "POST /v1/batch HTTP/1.1\r\nhost: bench\r\nconnection: close\r\ncontent-type: application/x-ndjson\r\ncontent-length: {}\r\n\r\n",
+        lines.len()
+    );
+    let start = Instant::now();
+    std::thread::scope(|scope| {
+        let mut sending = stream.try_clone().unwrap();
+        scope.spawn(move || {
+            sending.write_all(head.as_bytes()).unwrap();
+            sending.write_all(lines.as_bytes()).unwrap();
+        });
+        let (mut buffer, mut answered) = (vec![0; 1 << 20], 0);
+        loop {
+            let count = stream.read(&mut buffer).unwrap();
+            if count == 0 {
+                break;
+            }
+            answered += buffer[..count].windows(10).filter(|ten| ten == b"\"answer\":{").count();
+        }
+        // Some fall between two reads.
+        assert!(answered + 1_000 > lines.len() / lines.find('\n').unwrap(), "{answered} answers");
+    });
+    start.elapsed().as_secs_f64()
+}
+
+fn compare(filter: &str) {
     let mut floor = Command::new(std::env::current_exe().unwrap());
     floor.arg("floor");
-    let servers = [Server::start(floor), Server::start(ours)];
+    let servers = [Server::start(floor), ours()];
     println!(
         "{:<38}{:>9}{:>9} | {:>9}{:>9}{:>8} | {:>9}{:>9}{:>8}",
         "", "request", "answer", "CPU us", "floor", "ratio", "p50 us", "floor", "ratio"
     );
-    for case in cases() {
+    for case in cases().into_iter().filter(|case| case.name.contains(filter)) {
         let answer = Client::open(&servers[1]).ask(&case.request);
         let mut figures = [const { (Vec::new(), Vec::new()) }; 2];
         for _ in 0..ROUNDS {

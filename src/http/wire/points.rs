@@ -3,7 +3,6 @@
 use std::fmt;
 
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
-use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
@@ -210,9 +209,7 @@ impl Serialize for Points {
         where
             [f64; D]: Serialize,
         {
-            let mut list = serializer.serialize_seq(Some(points.len()))?;
-            points.iter().try_for_each(|point| list.serialize_element(&point.0))?;
-            list.end()
+            serializer.collect_seq(points.iter().map(|point| &point.0))
         }
         match self {
             Points::Plane(points) => all(points, serializer),

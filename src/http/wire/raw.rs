@@ -20,7 +20,7 @@ thread_local! {
 ///
 /// # Errors
 /// Status 400: not the raw format; and whatever `read` refuses, lines and columns counted in the header.
-pub fn read<T>(body: &[u8], read: impl FnOnce(&[u8]) -> Result<T, Problem>) -> Result<T, Problem> {
+pub fn read<T>(body: &Bytes, read: impl FnOnce(&[u8]) -> Result<T, Problem>) -> Result<T, Problem> {
     let (header, numbers) = split(body).ok_or_else(|| {
         let detail =
             "the body is not the raw format: 16 bytes with the magic SPRLINE1 and the length of the header, the header, numbers of 8 bytes";
@@ -33,7 +33,7 @@ pub fn read<T>(body: &[u8], read: impl FnOnce(&[u8]) -> Result<T, Problem>) -> R
             NUMBERS.take();
         }
     }
-    NUMBERS.replace(Some(Bytes::copy_from_slice(numbers)));
+    NUMBERS.replace(Some(body.slice_ref(numbers)));
     let _clear = Clear;
     read(header)
 }
