@@ -89,8 +89,15 @@ pub fn hodograph<const D: usize>(points: &[Point<D>], length: f64) -> Vec<Point<
     if points.len() < 2 {
         return vec![Point::ZERO];
     }
-    let degree = (points.len() - 1) as f64;
-    points.windows(2).map(|q| (q[1] - q[0]).map(|x| x * degree / length)).collect()
+    points.windows(2).map(|q| difference(q[0], q[1], points.len() - 1, length)).collect()
+}
+
+/// One control vector of the derivative.
+#[inline]
+pub(crate) fn difference<const D: usize>(p: Point<D>, q: Point<D>, degree: usize, length: f64) -> Point<D> {
+    let factor = degree as f64 / length;
+    // A factor may overflow where the quotient does not.
+    (q - p).map(|x| if factor.is_finite() { x * factor } else { x * degree as f64 / length })
 }
 
 /// Splits at `u` by de Casteljau's algorithm: the control points of `[0, u]` and of `[u, 1]`.

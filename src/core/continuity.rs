@@ -1,9 +1,11 @@
 //! How smoothly segments join, measured joint by joint.
 
-use super::curve::Composite;
+use super::bezier_form::difference;
+use super::curve::{Composite, Piecewise};
 use super::error::Error;
+use super::knots::Breaks;
 use super::limits;
-use super::point::{Point, magnitude};
+use super::point::{Point, is_safe, larger, magnitude};
 use super::work::{self, Pace};
 
 /// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives with
@@ -106,26 +108,61 @@ impl Report {
     }
 }
 
-/// A composite and one of its derivatives, to compare neighbouring ends.
-struct Jet<'a, const D: usize> {
-    curve: &'a Composite<D>,
-    order: usize,
-    derivative: &'a Composite<D>,
+/// One order of derivative over one segment.
+#[derive(Debug, Clone, Copy)]
+struct Order<const D: usize> {
+    first: Point<D>,
+    last: Point<D>,
+    /// The largest value of its control vectors, of the points their extent: what a relative tolerance refers to.
+    scale: f64,
+    /// The rounding error that comes from the Bezier points, in roundings.
+    of_points: f64,
+    /// The relative one that comes from the length of the interval, the difference of two rounded knots, in roundings.
+    of_length: f64,
+}
+
+impl<const D: usize> Order<D> {
+    /// The points themselves.
+    fn of_points(points: &[Point<D>], magnitude: f64) -> Self {
+        let (first, last) = (points[0], points[points.len() - 1]);
+        Order { first, last, scale: extent(points), of_points: magnitude, of_length: 0.0 }
+    }
+
+    /// Derivative `k` of a segment of a degree whose points have this magnitude; its control vectors are still to be added.
+    fn new(k: usize, magnitude: f64, degree: usize, (a, b): (f64, f64)) -> Self {
+        let of_length = k as f64 * (a.abs().max(b.abs()) / (b - a));
+        let of_points = derivative_size(magnitude, degree, k, b - a);
+        Order { first: Point::ZERO, last: Point::ZERO, scale: 0.0, of_points, of_length }
+    }
+
+    fn add(&mut self, i: usize, vector: Point<D>) {
+        if i == 0 {
+            self.first = vector;
+        }
+        self.last = vector;
+        self.scale = larger(self.scale, vector.max_abs());
+    }
+
+    fn rounding(&self, scale: f64) -> f64 {
+        64.0 * f64::EPSILON * (self.of_points + scale * self.of_length)
+    }
 }
 
 /// One order of derivative on both sides of a joint.
 struct Sides<const D: usize> {
     left: Point<D>,
     right: Point<D>,
-    /// The largest value of this derivative's control vectors nearby: what a relative tolerance refers to.
+    jump: f64,
+    /// The larger of the scales.
     scale: f64,
-    /// What rounding alone may make of the difference.
+    /// What rounding alone may make of the jump.
     rounding: f64,
 }
 
 impl<const D: usize> Sides<D> {
-    fn jump(&self) -> f64 {
-        self.left.distance(self.right)
+    fn new(before: &Order<D>, after: &Order<D>) -> Self {
+        let (left, right, scale) = (before.last, after.first, before.scale.max(after.scale));
+        Sides { left, right, jump: left.distance(right), scale, rounding: before.rounding(scale).max(after.rounding(scale)) }
     }
 
     fn allowed(&self, tolerance: f64) -> f64 {
@@ -134,49 +171,45 @@ impl<const D: usize> Sides<D> {
 
     fn agree(&self, tolerance: f64) -> bool {
         // An allowance that overflows says nothing; ends that coincide agree whatever their scale.
-        let (jump, allowed) = (self.jump(), self.allowed(tolerance));
-        jump == 0.0 || (allowed.is_finite() && jump <= allowed)
-    }
-}
-
-impl<const D: usize> Jet<'_, D> {
-    /// The derivative at the end of segment `left` and at the start of segment `right`.
-    fn sides(&self, left: usize, right: usize) -> Sides<D> {
-        let (before, after) = (self.derivative.segment(left), self.derivative.segment(right));
-        let scale = match self.order {
-            0 => extent(before).max(extent(after)),
-            _ => magnitude(before).max(magnitude(after)),
-        };
-        let rounding = self.rounding(left, scale).max(self.rounding(right, scale));
-        Sides { left: before[before.len() - 1], right: after[0], scale, rounding }
-    }
-
-    /// The rounding error of the derivative on one segment: that of its Bezier points, and that of
-    /// the length of its interval, which is the difference of two rounded knots.
-    fn rounding(&self, segment: usize, scale: f64) -> f64 {
-        let (curve, k) = (self.curve, self.order);
-        let (a, b) = curve.breaks().interval(segment);
-        let of_points = derivative_size(magnitude(curve.segment(segment)), curve.degree(), k, b - a);
-        let of_length = k as f64 * scale * (a.abs().max(b.abs()) / (b - a));
-        64.0 * f64::EPSILON * (of_points + of_length)
+        let allowed = self.allowed(tolerance);
+        self.jump == 0.0 || (allowed.is_finite() && self.jump <= allowed)
     }
 }
 
 /// `size d! / (d - k)! (2 / length)^k`: how large a `k`-th derivative can be for points of this size. Rounding
 /// errors of derivatives are measured in it. Overflows only where its value does.
+#[inline]
 pub(crate) fn derivative_size(size: f64, degree: usize, k: usize, length: f64) -> f64 {
     (0..k).fold(size, |size, i| size * degree.saturating_sub(i) as f64 * 2.0 / length)
 }
 
 /// The largest distance of a point from the first one.
 fn extent<const D: usize>(points: &[Point<D>]) -> f64 {
-    points.iter().map(|p| p.distance(points[0])).fold(0.0, f64::max)
+    let squares = points.iter().map(|&p| (p - points[0]).dot(p - points[0]));
+    let largest = squares.fold(0.0, larger);
+    if is_safe(largest) { largest.sqrt() } else { points.iter().map(|p| p.distance(points[0])).fold(0.0, f64::max) }
+}
+
+/// Points and the first two derivatives of one segment.
+fn orders<const D: usize>(points: &[Point<D>], interval: (f64, f64)) -> [Order<D>; 3] {
+    let (degree, length) = (points.len() - 1, interval.1 - interval.0);
+    let size = magnitude(points);
+    let [mut first, mut second] = [1, 2].map(|k| Order::new(k, size, degree, interval));
+    let mut before = Point::ZERO;
+    for (i, q) in points.windows(2).enumerate() {
+        let vector = difference(q[0], q[1], degree, length);
+        first.add(i, vector);
+        if i > 0 {
+            second.add(i - 1, difference(before, vector, degree - 1, length));
+        }
+        before = vector;
+    }
+    [Order::of_points(points, size), first, second]
 }
 
 /// The pairs of segments that meet, with the parameter where they do; with the seam of a closed curve at the end.
-fn joints<const D: usize>(composite: &Composite<D>, closed: bool) -> impl Iterator<Item = (usize, usize, f64)> {
-    let knots = composite.breaks().as_slice();
-    let count = composite.breaks().segments();
+fn joints(breaks: &Breaks, closed: bool) -> impl Iterator<Item = (usize, usize, f64)> {
+    let (knots, count) = (breaks.as_slice(), breaks.segments());
     let inner = (1..count).map(|i| (i - 1, i, knots[i]));
     inner.chain(closed.then(|| (count - 1, 0, knots[count])))
 }
@@ -186,29 +219,58 @@ fn joints<const D: usize>(composite: &Composite<D>, closed: bool) -> impl Iterat
 /// # Errors
 /// [`Fault::Cancelled`](super::error::Fault).
 pub fn continuity<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: Tolerance) -> Result<Report, Error> {
-    let first = composite.derivative()?;
-    let second = first.derivative()?;
-    let jet = |order, derivative| Jet { curve: composite, order, derivative };
-    let jets = [jet(0, composite), jet(1, &first), jet(2, &second)];
-    let measure = |(left, right, parameter)| measure(&jets, left, right, parameter, tolerance);
-    let joints = work::collect(joints(composite, closed).map(measure))?;
+    measured(composite.breaks(), |i| composite.segment(i), closed, tolerance)
+}
+
+/// The same of a piecewise curve, without a copy of its points where they are Bezier points.
+pub(crate) fn piecewise_continuity<const D: usize>(curve: &Piecewise<D>, tolerance: Tolerance) -> Result<Report, Error> {
+    if curve.bases().are_identity() {
+        return measured(curve.breaks(), |i| curve.polygon(i), curve.closed(), tolerance);
+    }
+    continuity(&curve.composite()?, curve.closed(), tolerance)
+}
+
+fn measured<'a, const D: usize>(
+    breaks: &Breaks,
+    segment: impl Fn(usize) -> &'a [Point<D>],
+    closed: bool,
+    tolerance: Tolerance,
+) -> Result<Report, Error> {
+    let orders = |i: usize| orders(segment(i), breaks.interval(i));
+    let first = orders(0);
+    let mut before = first;
+    let measure = |(_, right, parameter)| {
+        let after = if right == 0 { first } else { orders(right) };
+        let left = std::mem::replace(&mut before, after);
+        measure(&left, &after, parameter, tolerance)
+    };
+    let joints = work::collect(joints(breaks, closed).map(measure))?;
     let class = joints.iter().map(|joint| joint.class).min().unwrap_or(Class::C2);
     Ok(Report { class, joints, tolerance })
 }
 
 /// The number of derivatives that agree at every joint, from none (-1: not even the points) to the degree.
 pub(crate) fn parametric_orders<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: f64) -> Result<Vec<(f64, i32)>, Error> {
-    let joints: Vec<_> = joints(composite, closed).collect();
+    let joints: Vec<_> = joints(composite.breaks(), closed).collect();
     let mut found: Vec<_> = joints.iter().map(|&(_, _, parameter)| (parameter, -1)).collect();
     let mut smooth: Vec<usize> = (0..joints.len()).collect();
     let mut derivative = None;
     let mut pace = Pace::default();
     for order in 0..=composite.degree() {
         let mut smoother = Vec::with_capacity(smooth.len());
-        let jet = Jet { curve: composite, order, derivative: derivative.as_ref().unwrap_or(composite) };
+        let vectors = derivative.as_ref().unwrap_or(composite);
+        let over = |segment: usize| {
+            let size = magnitude(composite.segment(segment));
+            if order == 0 {
+                return Order::of_points(composite.segment(segment), size);
+            }
+            let mut over = Order::new(order, size, composite.degree(), composite.breaks().interval(segment));
+            vectors.segment(segment).iter().enumerate().for_each(|(i, &vector)| over.add(i, vector));
+            over
+        };
         for joint in smooth {
             pace.step()?;
-            if jet.sides(joints[joint].0, joints[joint].1).agree(tolerance) {
+            if Sides::new(&over(joints[joint].0), &over(joints[joint].1)).agree(tolerance) {
                 found[joint].1 = order as i32;
                 smoother.push(joint);
             }
@@ -218,15 +280,15 @@ pub(crate) fn parametric_orders<const D: usize>(composite: &Composite<D>, closed
         }
         smooth = smoother;
         // One derivative at a time: all of them together can be gigabytes.
-        derivative = Some(jet.derivative.derivative()?);
+        derivative = Some(vectors.derivative()?);
     }
     Ok(found)
 }
 
-fn measure<const D: usize>(jets: &[Jet<D>; 3], left: usize, right: usize, parameter: f64, tolerance: Tolerance) -> Joint {
-    let [position, first, second] = jets.each_ref().map(|jet| jet.sides(left, right));
+fn measure<const D: usize>(before: &[Order<D>; 3], after: &[Order<D>; 3], parameter: f64, tolerance: Tolerance) -> Joint {
+    let [position, first, second] = [0, 1, 2].map(|k| Sides::new(&before[k], &after[k]));
     let shape = shape(&first, &second, tolerance.relative);
-    let meets = position.jump() <= position.allowed(tolerance.relative) + tolerance.gap;
+    let meets = position.jump <= position.allowed(tolerance.relative) + tolerance.gap;
     let c1 = meets && first.agree(tolerance.relative);
     let parametric = match () {
         () if c1 && second.agree(tolerance.relative) => Class::C2,
@@ -245,10 +307,10 @@ fn measure<const D: usize>(jets: &[Jet<D>; 3], left: usize, right: usize, parame
         class: parametric.max(geometric),
         parametric,
         geometric,
-        position_gap: position.jump(),
+        position_gap: position.jump,
         tangent_angle: shape.as_ref().map(|s| s.angle),
-        first_derivative_jump: first.jump(),
-        second_derivative_jump: second.jump(),
+        first_derivative_jump: first.jump,
+        second_derivative_jump: second.jump,
         curvature_jump: shape.as_ref().map(|s| s.curvature_jump),
     }
 }
@@ -263,24 +325,25 @@ struct Shape {
 
 /// Compares tangents and curvature vectors; none where a speed vanishes within rounding.
 fn shape<const D: usize>(first: &Sides<D>, second: &Sides<D>, tolerance: f64) -> Option<Shape> {
-    let slowest = first.left.norm().min(first.right.norm());
-    if slowest <= first.rounding {
+    // The reciprocal of a speed; where that overflows, the speed has no digits left.
+    let (left, right) = (1.0 / first.left.norm(), 1.0 / first.right.norm());
+    let slowness = left.max(right);
+    if !slowness.is_finite() || 1.0 <= first.rounding * slowness {
         return None;
     }
-    let (left, right) = (first.left.unit()?, first.right.unit()?);
-    let turn = left.distance(right);
-    let curvature = |velocity: Point<D>, tangent: Point<D>, acceleration: Point<D>| {
+    let curvature = |slowness: f64, tangent: Point<D>, acceleration: Point<D>| {
         let normal = acceleration - tangent * tangent.dot(acceleration);
-        let speed = velocity.norm();
-        normal.map(|x| x / speed / speed)
+        normal * slowness * slowness
     };
-    let jump = curvature(first.left, left, second.left).distance(curvature(first.right, right, second.right));
+    let tangents = (first.left * left, first.right * right);
+    let turn = tangents.0.distance(tangents.1);
+    let jump = curvature(left, tangents.0, second.left).distance(curvature(right, tangents.1, second.right));
     // A tangent turned by a rounding error turns the curvature vector with it.
-    let allowed = (second.allowed(tolerance) + second.scale * (first.rounding / slowest)) / slowest / slowest;
+    let allowed = (second.allowed(tolerance) + second.scale * (first.rounding * slowness)) * slowness * slowness;
     Some(Shape {
         angle: 2.0 * (0.5 * turn).min(1.0).asin(),
         curvature_jump: jump,
-        g1: turn <= tolerance + first.rounding / slowest,
+        g1: turn <= tolerance + first.rounding * slowness,
         g2: jump <= allowed,
     })
 }
@@ -288,7 +351,6 @@ fn shape<const D: usize>(first: &Sides<D>, second: &Sides<D>, tolerance: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::knots::Breaks;
 
     fn classes(knots: &[f64], segments: &[Vec<Point<2>>]) -> Joint {
         let composite = Composite::from_segments(Breaks::new(knots.to_vec()).unwrap(), segments.iter().map(Vec::as_slice)).unwrap();
@@ -331,6 +393,24 @@ mod tests {
             let joint = classes(&[0.0, 1.0, 1.0 + h], &[left, right]);
             assert_eq!((joint.class, joint.geometric), (Class::C1, Class::G1), "h = {h}");
         }
+    }
+
+    #[test]
+    fn every_joint_is_between_its_own_neighbours() {
+        let segments: Vec<_> = (0..5).map(|i| f64::from(i)).map(|x| line(&[[x, 0.0], [x + 0.5, x * x], [x + 1.0, 0.1 * x]])).collect();
+        let composite = |knots: &[f64], of: &[usize]| {
+            let points = of.iter().flat_map(|&i| segments[i].clone()).collect();
+            Composite::from_flat(Breaks::new(knots.to_vec()).unwrap(), 2, points)
+        };
+        let knots = [0.0, 1.0, 3.0, 3.5, 5.0, 5.25];
+        let joints = continuity(&composite(&knots, &[0, 1, 2, 3, 4]), true, Tolerance::default()).unwrap().joints;
+        assert_eq!(joints.len(), 5);
+        for i in 0..4 {
+            let alone = continuity(&composite(&knots[i..i + 3], &[i, i + 1]), false, Tolerance::default()).unwrap().joints[0];
+            assert_eq!(joints[i], alone);
+        }
+        let seam = continuity(&composite(&[5.0, 5.25, 6.25], &[4, 0]), false, Tolerance::default()).unwrap().joints[0];
+        assert_eq!(joints[4], seam);
     }
 
     #[test]

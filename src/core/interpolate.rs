@@ -1,7 +1,8 @@
 //! Composite cubics through points.
 
-use super::continuity::{Report, Tolerance, continuity};
-use super::curve::{Bases, Composite, Piecewise, finite_points};
+use super::basis::{Basis, Bezier};
+use super::continuity::{Report, Tolerance, piecewise_continuity};
+use super::curve::{Bases, Piecewise, finite_points};
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::knots::Breaks;
 use super::limits;
@@ -68,13 +69,23 @@ pub fn interpolate<const D: usize>(
     };
     // Solving takes a few milliseconds for the most points allowed.
     work::checkpoint()?;
-    let composite = hermite(points, &derivatives, breaks);
-    if composite.segments().flatten().any(|p| !p.is_finite()) {
-        return Err(Fault::Overflow.into());
-    }
-    let (curve, condition) = Piecewise::from_composite(bases, 3, &composite, closed)?;
-    let continuity = continuity(&curve.composite()?, closed, Tolerance::default())?;
+    let (curve, condition) = written_in(bases, closed, hermite(points, &derivatives, &breaks), breaks).map_err(overflow)?;
+    let continuity = piecewise_continuity(&curve, Tolerance::default())?;
     Ok(Interpolant { curve, continuity, condition })
+}
+
+/// The curve with these joined Bezier points in other bases, and the largest condition number of those.
+fn written_in<const D: usize>(bases: Bases, closed: bool, bezier: Vec<Point<D>>, breaks: Breaks) -> Result<(Piecewise<D>, f64), Error> {
+    if bases.are_identity() {
+        return Ok((Piecewise::new(bases, 3, breaks, closed, bezier)?, 1.0));
+    }
+    let curve = Piecewise::new(Bases::Common(Basis::Bezier(Bezier)), 3, breaks, closed, bezier)?;
+    Piecewise::from_composite(bases, 3, &curve.composite()?, closed)
+}
+
+/// No point of the client's is at fault where a result is too large.
+fn overflow(error: Error) -> Error {
+    if error.fault == Fault::Overflow { Fault::Overflow.into() } else { error }
 }
 
 fn check<const D: usize>(points: &[Point<D>], shape: Shape<D>) -> Result<(), Error> {
@@ -106,17 +117,17 @@ fn check_bases(bases: &Bases, segments: usize) -> Result<(), Error> {
     bases.check_each(|basis| basis.way_back(3).and_then(|_| basis.joinable(3)))
 }
 
-/// Bezier segments from points and derivatives.
-fn hermite<const D: usize>(points: &[Point<D>], derivatives: &[Point<D>], breaks: Breaks) -> Composite<D> {
-    let n = points.len();
-    let segment = |i: usize| {
+/// Bezier points of all segments, joined, from points and derivatives.
+fn hermite<const D: usize>(points: &[Point<D>], derivatives: &[Point<D>], breaks: &Breaks) -> Vec<Point<D>> {
+    let mut bezier = Vec::with_capacity(3 * breaks.segments() + 1);
+    bezier.push(points[0]);
+    for i in 0..breaks.segments() {
         let (a, b) = breaks.interval(i);
         let third = (b - a) / 3.0;
-        let next = (i + 1) % n;
-        [points[i], points[i] + derivatives[i] * third, points[next] - derivatives[next] * third, points[next]]
-    };
-    let bezier = (0..breaks.segments()).flat_map(segment).collect();
-    Composite::from_flat(breaks.clone(), 3, bezier)
+        let next = if i + 1 < points.len() { i + 1 } else { 0 };
+        bezier.extend([points[i] + derivatives[i] * third, points[next] - derivatives[next] * third, points[next]]);
+    }
+    bezier
 }
 
 /// One row of the tridiagonal system for the derivatives at the points.
@@ -131,7 +142,8 @@ struct Row<const D: usize> {
 /// C2 at the point between intervals of lengths `h` and `k` with mean slopes `s` and `t` (de Boor 1978, IV (7)),
 /// divided by `h + k` so that its size does not depend on theirs.
 fn inner_row<const D: usize>(h: f64, s: Point<D>, k: f64, t: Point<D>) -> Row<D> {
-    let (w, x) = (k / (h + k), h / (h + k));
+    let part = 1.0 / (h + k);
+    let (w, x) = (k * part, h * part);
     Row { before: w, diagonal: 2.0, after: x, right: (s * w + t * x) * 3.0 }
 }
 
@@ -152,8 +164,8 @@ fn end_row<const D: usize>(end: End<D>, h: f64, s: Point<D>, k: f64, t: Point<D>
 /// Lengths and mean slopes of the intervals.
 fn slopes<const D: usize>(points: &[Point<D>], breaks: &Breaks) -> (Vec<f64>, Vec<Point<D>>) {
     let lengths: Vec<f64> = breaks.as_slice().windows(2).map(|t| t[1] - t[0]).collect();
-    let slope = |(i, &h): (usize, &f64)| (points[(i + 1) % points.len()] - points[i]).map(|x| x / h);
-    let slopes = lengths.iter().enumerate().map(slope).collect();
+    let ends = points.iter().zip(points[1..].iter().chain(points.first()));
+    let slopes = ends.zip(&lengths).map(|((&p, &q), &h)| (q - p).map(|x| x / h)).collect();
     (lengths, slopes)
 }
 
@@ -166,24 +178,22 @@ fn open_derivatives<const D: usize>(points: &[Point<D>], breaks: &Breaks, start:
     let next = last.saturating_sub(1);
     let last_row = end_row(end, h[last], s[last], h[next], s[next]);
     let mirrored = Row { before: last_row.after, after: last_row.before, ..last_row };
-    let rows: Vec<_> = std::iter::once(first_row).chain(inner).chain(std::iter::once(mirrored)).collect();
-    tridiagonal(&rows)
+    tridiagonal(std::iter::once(first_row).chain(inner).chain(std::iter::once(mirrored)), points.len())
 }
 
 /// Gaussian elimination without pivoting: the rows are diagonally dominant, but for a not-a-knot row at an
 /// end, after whose elimination the rest is.
-fn tridiagonal<const D: usize>(rows: &[Row<D>]) -> Vec<Point<D>> {
-    let mut upper = Vec::with_capacity(rows.len());
-    let mut solution: Vec<Point<D>> = Vec::with_capacity(rows.len());
-    for row in rows {
-        let (carried, right) = match (upper.last(), solution.last()) {
-            (Some(&up), Some(&before)) => (row.before * up, row.right - before * row.before),
-            _ => (0.0, row.right),
-        };
-        let pivot = row.diagonal - carried;
-        upper.push(row.after / pivot);
-        solution.push(right.map(|x| x / pivot));
-    }
+fn tridiagonal<const D: usize>(rows: impl Iterator<Item = Row<D>>, count: usize) -> Vec<Point<D>> {
+    let mut upper = Vec::with_capacity(count);
+    let mut solution = Vec::with_capacity(count);
+    let (mut up, mut before) = (0.0, Point::ZERO);
+    rows.for_each(|row| {
+        // Entries are of size 1, and no pivot is smaller than a part of that.
+        let share = 1.0 / (row.diagonal - row.before * up);
+        (up, before) = (row.after * share, (row.right - before * row.before) * share);
+        upper.push(up);
+        solution.push(before);
+    });
     for i in (1..solution.len()).rev() {
         solution[i - 1] = solution[i - 1] - solution[i] * upper[i - 1];
     }
@@ -199,14 +209,14 @@ fn closed_derivatives<const D: usize>(points: &[Point<D>], breaks: &Breaks) -> V
         let before = (i + n - 1) % n;
         inner_row(h[before], s[before], h[i], s[i])
     };
-    let rows: Vec<Row<D>> = (0..n - 1).map(row).collect();
-    let x = tridiagonal(&rows);
-    let unit = |i: usize, row: &Row<D>| {
+    let x = tridiagonal((0..n - 1).map(row), n - 1);
+    let unit = |i: usize| {
+        let row = row(i);
         let first = if i == 0 { row.before } else { 0.0 };
         let right = if i == n - 2 { first + row.after } else { first };
         Row { before: row.before, diagonal: row.diagonal, after: row.after, right: Point([right]) }
     };
-    let y = tridiagonal(&rows.iter().enumerate().map(|(i, r)| unit(i, r)).collect::<Vec<_>>());
+    let y = tridiagonal((0..n - 1).map(unit), n - 1);
     let last = row(n - 1);
     let right = last.right - x[n - 2] * last.before - x[0] * last.after;
     let pivot = last.diagonal - y[n - 2][0] * last.before - y[0][0] * last.after;

@@ -23,7 +23,7 @@ impl<const D: usize> Point<D> {
 
     /// The largest absolute coordinate.
     pub fn max_abs(self) -> f64 {
-        self.0.iter().fold(0.0, |m, x| f64::max(m, x.abs()))
+        self.0.iter().fold(0.0, |m, x| larger(m, x.abs()))
     }
 
     /// The Euclidean length; scaled where it would overflow or vanish before its value does.
@@ -38,14 +38,13 @@ impl<const D: usize> Point<D> {
 
     /// The vector of length 1 in this direction, or `None` for the zero vector.
     pub fn unit(self) -> Option<Self> {
-        let scale = self.max_abs();
-        if scale == 0.0 {
-            return None;
-        }
-        // Two divisions, not one product: 1 / norm overflows for the smallest vectors.
-        let scaled = self.map(|x| x / scale);
-        let length = scaled.dot(scaled).sqrt();
-        Some(scaled.map(|x| x / length))
+        let square = self.dot(self);
+        let scaled = match square {
+            _ if is_safe(square) => return Some(self.map(|x| x / square.sqrt())),
+            _ if self == Self::ZERO => return None,
+            _ => self * if square < 1.0 { LARGE } else { 1.0 / LARGE },
+        };
+        Some(scaled.map(|x| x / scaled.dot(scaled).sqrt()))
     }
 
     /// The same function of every coordinate.
@@ -59,10 +58,13 @@ impl<const D: usize> Point<D> {
     }
 }
 
+/// A power of two that brings squares back into the middle of the range from either end.
+const LARGE: f64 = f64::from_bits((1023 + 600) << 52);
+
 /// The root of the sum of squares; scaled, by a power of two, which changes no digit, where a square overflows or one that counts
 /// vanishes.
+#[inline]
 pub(crate) fn length(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    const LARGE: f64 = f64::from_bits((1023 + 600) << 52);
     let scaled = |factor: f64| values.clone().map(|x| (x * factor) * (x * factor)).sum::<f64>();
     let square = scaled(1.0);
     match square {
@@ -73,13 +75,20 @@ pub(crate) fn length(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 /// Whether this sum of squares has lost nothing to the ends of the range of a double.
+#[inline]
 pub(crate) fn is_safe(square: f64) -> bool {
     (1e-250..1e250).contains(&square)
 }
 
 /// The largest absolute coordinate of a set of points: the unit of rounding errors.
 pub fn magnitude<const D: usize>(points: &[Point<D>]) -> f64 {
-    points.iter().fold(0.0, |m, p| f64::max(m, p.max_abs()))
+    points.iter().fold(0.0, |m, p| larger(m, p.max_abs()))
+}
+
+/// The larger of a number and what may be none: one instruction, unlike [`f64::max`], where the first may be none too.
+#[inline]
+pub(crate) fn larger(number: f64, other: f64) -> f64 {
+    if other > number { other } else { number }
 }
 
 impl<const D: usize> Add for Point<D> {

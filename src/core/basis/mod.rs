@@ -175,6 +175,11 @@ impl Basis {
 }
 
 impl WayBack {
+    /// Whether Bezier points are control points.
+    pub fn is_identity(&self) -> bool {
+        self.inverse.is_none()
+    }
+
     /// The control points of these Bezier points.
     pub fn control_points<const D: usize>(&self, bezier: &[super::point::Point<D>]) -> Vec<super::point::Point<D>> {
         match &self.inverse {

@@ -75,6 +75,10 @@ pub(crate) fn within_degrees(what: &'static str, value: usize) -> Result<(), Fau
 
 /// Checks that every coordinate is finite.
 pub(crate) fn finite_points<const D: usize>(points: &[Point<D>]) -> Result<(), Error> {
+    // All at once, as wide registers look, before the search for the one to name.
+    if points.iter().fold(true, |all, p| all & p.0.iter().fold(true, |all, x| all & x.is_finite())) {
+        return Ok(());
+    }
     match points.iter().position(|p| !p.is_finite()) {
         Some(i) => Err(Fault::Overflow.at(i)),
         None => Ok(()),

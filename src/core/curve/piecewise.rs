@@ -36,6 +36,11 @@ impl Bases {
         }
     }
 
+    /// Whether Bezier points are control points in every segment.
+    pub fn are_identity(&self) -> bool {
+        self.as_slice().iter().all(Basis::is_identity)
+    }
+
     /// Whether there is a basis for each of this many segments.
     ///
     /// # Errors
@@ -150,8 +155,12 @@ impl<const D: usize> Piecewise<D> {
         let mut pace = Pace::default();
         for (i, segment) in composite.segments().enumerate() {
             pace.step()?;
-            let control = ways.of(i).control_points(&elevate(segment, order));
-            points.extend_from_slice(&control[1..order]);
+            let way = ways.of(i);
+            if way.is_identity() && segment.len() > order {
+                points.extend_from_slice(&segment[1..order]);
+            } else {
+                points.extend_from_slice(&way.control_points(&elevate(segment, order))[1..order]);
+            }
             // The bases interpolate end points: take the joint itself, not its rounded image.
             points.push(segment[segment.len() - 1]);
         }
@@ -203,11 +212,18 @@ impl<const D: usize> Piecewise<D> {
     /// [`Fault::Cancelled`].
     pub fn composite(&self) -> Result<Composite<D>, Error> {
         let matrices = self.bases.map(|_, basis| Ok((!basis.is_identity()).then(|| basis.shape_matrix(self.order))))?;
-        let bezier = |i: usize| match matrices.of(i) {
-            Some(matrix) => ShapeMatrix::apply(matrix, self.polygon(i)),
-            None => self.polygon(i).to_vec(),
-        };
-        let segments = work::collect((0..self.breaks.segments()).map(bezier))?;
-        Composite::from_segments(self.breaks.clone(), segments.iter().map(Vec::as_slice))
+        let degree = |matrix: &Option<ShapeMatrix>| matrix.as_ref().map_or(self.order, ShapeMatrix::degree);
+        let highest = matrices.iter().map(degree).max().unwrap_or(self.order);
+        let mut points = Vec::with_capacity(self.breaks.segments() * (highest + 1));
+        let mut pace = Pace::default();
+        for i in 0..self.breaks.segments() {
+            pace.step()?;
+            match matrices.of(i) {
+                None if self.order == highest => points.extend_from_slice(self.polygon(i)),
+                None => points.extend(elevate(self.polygon(i), highest)),
+                Some(matrix) => points.extend(elevate(&matrix.apply(self.polygon(i)), highest)),
+            }
+        }
+        Ok(Composite::from_flat(self.breaks.clone(), highest, points))
     }
 }
