@@ -9,6 +9,7 @@ use springline::core::curve::{BSpline, Bases, Curve, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::fit::{self, Ends, Parameters, Solve};
 use springline::core::interpolate::{End, Shape, interpolate};
+use springline::core::least_squares::LeastSquares;
 use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
 use springline::core::subdivide::{Cuts, Form, subdivide};
@@ -68,6 +69,20 @@ fn powers(t: &[f64], out: &mut [Vec<f64>; 3]) {
     }
 }
 
+/// The same limit at any degree: coefficients of powers, 16 parameters at a time.
+fn horner(coefficients: &[[f64; 3]], t: &[f64], out: &mut [Vec<f64>; 3]) {
+    for (k, out) in out.iter_mut().enumerate() {
+        for (out, t) in out.chunks_mut(16).zip(t.chunks(16)) {
+            let (mut sum, mut lanes) = ([0.0; 16], [0.0; 16]);
+            lanes[..t.len()].copy_from_slice(t);
+            for c in coefficients.iter().rev() {
+                sum.iter_mut().zip(&lanes).for_each(|(sum, t)| *sum = *sum * t + c[k]);
+            }
+            out.copy_from_slice(&sum[..t.len()]);
+        }
+    }
+}
+
 fn cubics(count: usize) {
     let values: Vec<f64> = (0..count).map(|i| i as f64 / (count - 1) as f64).collect();
     let sampling = Sampling::Parameters(values.clone());
@@ -87,6 +102,14 @@ fn cubics(count: usize) {
         count,
         vec![
             ("limit: powers, one array for each coordinate", Box::new(|| powers(black_box(&values), black_box(&mut out)))),
+            (
+                "the same into new arrays, as a call must",
+                Box::new(|| {
+                    let mut new = [0; 3].map(|_| vec![0.0; count]);
+                    powers(black_box(&values), &mut new);
+                    black_box(new);
+                }),
+            ),
             ("springline, bezier", Box::new(|| ours(&bezier))),
             ("springline, beta-bezier", Box::new(|| ours(&beta))),
             ("kurbo, 2D", Box::new(|| values.iter().for_each(|&t| _ = black_box(kurbo.eval(t))))),
@@ -97,19 +120,22 @@ fn cubics(count: usize) {
 
 fn degrees() {
     println!("\ngrowth with the degree, 1,000 samples, ns a point");
-    let times: Vec<(f64, f64)> = [2usize, 4, 8, 16, 32, 64]
+    let values: Vec<f64> = (0..1_000).map(|i| f64::from(i) / 999.0).collect();
+    let mut out = [0; 3].map(|_| vec![0.0; 1_000]);
+    let times: Vec<(f64, f64)> = [2usize, 3, 4, 5, 6, 7, 8, 16, 32, 64]
         .into_iter()
         .map(|degree| {
             let polygon: Vec<Point<3>> = (0..=degree).map(|i| Point([i as f64, (i as f64).sin(), (i as f64).cos()])).collect();
+            let coefficients: Vec<[f64; 3]> = polygon.iter().map(|p| p.0).collect();
             let curve = Curve::Single(Single::new(Basis::Bezier(Bezier), polygon).unwrap());
-            let mut work = || drop(black_box(evaluate(&curve, &Sampling::Count(1_000), 0, Quantities::default()).unwrap()));
-            let repeats = repeats(&mut work);
-            let median = median((0..ROUNDS).map(|_| time(&mut work, repeats) / 1_000.0).collect());
-            println!("  degree {degree:<51}{median:>12.2} ns");
-            (degree as f64, median)
+            let works: Vec<Work> = vec![
+                ("limit: powers", Box::new(|| horner(black_box(&coefficients), black_box(&values), black_box(&mut out)))),
+                ("springline", Box::new(|| drop(black_box(evaluate(&curve, &Sampling::Count(1_000), 0, Quantities::default()).unwrap())))),
+            ];
+            (degree as f64, group(&format!("degree {degree}"), 1_000, works)[1])
         })
         .collect();
-    println!("  exponent {:.2}", exponent(&times[2..]));
+    println!("  exponent {:.2}", exponent(&times[6..]));
 }
 
 /// The slope of log time over log size.
@@ -229,24 +255,58 @@ fn fits(count: usize) -> f64 {
         };
         black_box(fit::fit(data.clone(), options).unwrap());
     };
-    // One pass of normal equations over a dense row of 16 values: what the same data cost without QR.
+    // One pass of normal equations over a dense row of 16 values and two right-hand sides: what the same data cost without QR.
     let normal = || {
-        let mut gram = [[0.0; 16]; 16];
-        for i in 0..count {
+        let (mut gram, mut right) = ([[0.0; 16]; 16], [[0.0; 2]; 16]);
+        for (i, p) in data.iter().enumerate() {
             let row = springline::core::bezier_form::bernstein(15, i as f64 / count as f64, 1.0 - i as f64 / count as f64);
             for a in 0..16 {
                 for b in 0..=a {
                     gram[a][b] += row[a] * row[b];
                 }
+                right[a] = [0, 1].map(|k| right[a][k] + row[a] * p[k]);
             }
         }
-        black_box(gram);
+        black_box((gram, right));
     };
     group(
         &format!("least squares of {count} points, 16 control points, ns a point"),
         count,
         vec![("measure: one pass of normal equations", Box::new(normal)), ("springline, by QR, error measured", Box::new(ours))],
     )[1]
+}
+
+/// Rows of a cubic spline, ten in each segment.
+fn bands(count: usize) {
+    let rows: Vec<[f64; 4]> = (0..count)
+        .map(|i| (i % 10) as f64 / 10.0)
+        .map(|u| (u, 1.0 - u))
+        .map(|(u, v)| [v * v * v, 3.0 * u * v * v, 3.0 * u * u * v, u * u * u])
+        .collect();
+    let data = wave(count);
+    let columns = count / 10 + 4;
+    let normal = || {
+        let (mut gram, mut right) = (vec![[0.0; 4]; columns], vec![[0.0; 2]; columns]);
+        for (i, (row, p)) in black_box(&rows).iter().zip(&data).enumerate() {
+            for a in 0..4 {
+                for b in a..4 {
+                    gram[i / 10 + a][b - a] += row[a] * row[b];
+                }
+                right[i / 10 + a] = [0, 1].map(|k| right[i / 10 + a][k] + row[a] * p[k]);
+            }
+        }
+        black_box((gram, right));
+    };
+    let ours = || {
+        let mut problem = LeastSquares::<2>::banded(columns, 4);
+        black_box(&rows).iter().zip(&data).enumerate().for_each(|(i, (row, &p))| problem.push(i / 10, row, p, 1.0));
+        black_box(problem);
+    };
+    group(
+        &format!("least squares of {count} rows within a band of 4, ns a row"),
+        count,
+        vec![("measure: one pass of normal equations", Box::new(normal)), ("springline, by rotations", Box::new(ours))],
+    );
 }
 
 fn main() {
@@ -263,4 +323,7 @@ fn main() {
     println!("  growth with the points: exponent {:.2}", exponent(&spline));
     let fit = sizes.map(|count| (count as f64, fits(count) * count as f64));
     println!("  growth with the points: exponent {:.2}", exponent(&fit));
+    for count in [1_000, 100_000] {
+        bands(count);
+    }
 }
