@@ -397,7 +397,7 @@ mod tests {
 
     #[test]
     fn every_joint_is_between_its_own_neighbours() {
-        let segments: Vec<_> = (0..5).map(|i| f64::from(i)).map(|x| line(&[[x, 0.0], [x + 0.5, x * x], [x + 1.0, 0.1 * x]])).collect();
+        let segments: Vec<_> = (0..5).map(f64::from).map(|x| line(&[[x, 0.0], [x + 0.5, x * x], [x + 1.0, 0.1 * x]])).collect();
         let composite = |knots: &[f64], of: &[usize]| {
             let points = of.iter().flat_map(|&i| segments[i].clone()).collect();
             Composite::from_flat(Breaks::new(knots.to_vec()).unwrap(), 2, points)
