@@ -142,24 +142,27 @@ fn refused(number: usize, id: Option<&Id>, problem: &Problem, paper: &mut Paper)
 /// Cuts a stream of bytes into parts.
 #[derive(Debug, Default)]
 pub struct Cutter {
-    rest: Vec<u8>,
-    /// How much of the rest has been searched for ends of lines, how many it has, and where the last is.
+    bytes: Vec<u8>,
+    /// How much of it has been cut off, how much has been searched for ends of lines, and where the last of these is.
+    cut: usize,
     seen: usize,
-    whole: usize,
     end: usize,
-    /// The lines cut off already.
+    /// The whole lines since the last cut, and all before.
+    whole: usize,
     lines: usize,
 }
 
 impl Cutter {
     /// Adds bytes.
     pub fn push(&mut self, bytes: &[u8]) {
-        self.rest.extend_from_slice(bytes);
+        self.bytes.drain(..self.cut);
+        (self.seen, self.end, self.cut) = (self.seen - self.cut, self.end - self.cut, 0);
+        self.bytes.extend_from_slice(bytes);
     }
 
     /// Bytes that belong to no part yet.
     pub fn pending(&self) -> usize {
-        self.rest.len()
+        self.bytes.len() - self.cut
     }
 
     /// The number of the next line, from 1.
@@ -169,29 +172,27 @@ impl Cutter {
 
     /// The next part, if there are enough whole lines for one.
     pub fn part(&mut self) -> Option<Part> {
-        while let Some(length) = self.rest[self.seen..].iter().position(|byte| *byte == b'\n') {
+        while let Some(length) = self.bytes[self.seen..].iter().position(|byte| *byte == b'\n') {
             self.seen += length + 1;
             self.whole += 1;
             self.end = self.seen;
-            if self.end >= PART_BYTES || self.whole == PART_LINES {
-                return Some(self.cut(self.end));
+            if self.end - self.cut >= PART_BYTES || self.whole == PART_LINES {
+                return Some(self.cut_off(self.end));
             }
         }
-        self.seen = self.rest.len();
+        self.seen = self.bytes.len();
         None
     }
 
     /// What is left of what [`Cutter::part`] has seen: whole lines, and at the end of the stream one without its end.
     pub fn rest(&mut self, is_end: bool) -> Option<Part> {
-        let end = if is_end { self.rest.len() } else { self.end };
-        (end > 0).then(|| self.cut(end))
+        let end = if is_end { self.bytes.len() } else { self.end };
+        (end > self.cut).then(|| self.cut_off(end))
     }
 
-    fn cut(&mut self, end: usize) -> Part {
-        let rest = self.rest.split_off(end);
-        let text = std::mem::replace(&mut self.rest, rest);
-        (self.seen, self.whole, self.end) = (0, 0, 0);
-        let part = Part { first: self.lines + 1, text };
+    fn cut_off(&mut self, end: usize) -> Part {
+        let part = Part { first: self.lines + 1, text: self.bytes[self.cut..end].to_vec() };
+        (self.cut, self.seen, self.end, self.whole) = (end, end, end, 0);
         self.lines += part.lines();
         part
     }

@@ -31,11 +31,6 @@ impl Row {
     pub fn width(&self) -> usize {
         self.columns.max(1)
     }
-
-    /// The numbers.
-    pub fn values(&self) -> &[f64] {
-        &self.values[..self.width()]
-    }
 }
 
 /// Numbers row by row.
@@ -60,46 +55,65 @@ fn check_finite(values: &[f64]) -> Result<(), Unwritten> {
 
 /// Writes the bytes of numbers; how many.
 pub fn write_raw(first: Row, rows: impl Iterator<Item = Option<Row>>, precision: Precision, paper: &mut Paper) -> Result<usize, Unwritten> {
-    let mut block = Vec::with_capacity(BLOCK + WIDEST);
-    block.extend_from_slice(first.values());
+    let mut block = Block { values: [0.0; BLOCK + WIDEST], length: 0, bytes: [0; 8 * (BLOCK + WIDEST)] };
+    block.push(first);
     let mut count = 0;
     for row in rows {
-        block.extend_from_slice(row.map_or_else(other, Ok)?.values());
-        if block.len() >= BLOCK {
-            count += block.len();
-            write_block(&mut block, precision, paper)?;
+        block.push(row.map_or_else(other, Ok)?);
+        if block.length >= BLOCK {
+            count += block.length;
+            block.write(precision, paper)?;
         }
     }
-    count += block.len();
-    write_block(&mut block, precision, paper).map(|()| count)
+    count += block.length;
+    block.write(precision, paper).map(|()| count)
 }
 
-/// Empties a block of up to [`BLOCK`] numbers and a row.
-fn write_block(block: &mut Vec<f64>, precision: Precision, paper: &mut Paper) -> Result<(), Unwritten> {
-    let mut bytes = [0; 8 * (BLOCK + WIDEST)];
-    if precision != Precision::Full {
-        block.iter_mut().for_each(|value| *value = precision.round(*value));
+/// Up to [`BLOCK`] numbers and a row.
+struct Block {
+    values: [f64; BLOCK + WIDEST],
+    length: usize,
+    bytes: [u8; 8 * (BLOCK + WIDEST)],
+}
+
+impl Block {
+    /// All that a row may have is copied, and what it has counts: a copy of unknown length is a call.
+    #[inline]
+    fn push(&mut self, row: Row) {
+        self.values[self.length..self.length + WIDEST].copy_from_slice(&row.values);
+        self.length += row.width();
     }
-    check_finite(block)?;
-    let width = if precision == Precision::Single {
-        bytes.as_chunks_mut().0.iter_mut().zip(block.iter()).for_each(|(to, value)| *to = (*value as f32).to_le_bytes());
-        4
-    } else {
-        bytes.as_chunks_mut().0.iter_mut().zip(block.iter()).for_each(|(to, value)| *to = value.to_le_bytes());
-        8
-    };
-    paper.write_all(&bytes[..width * block.len()])?;
-    block.clear();
-    Ok(())
+
+    /// Writes them and is empty.
+    fn write(&mut self, precision: Precision, paper: &mut Paper) -> Result<(), Unwritten> {
+        let values = &mut self.values[..self.length];
+        if precision != Precision::Full {
+            values.iter_mut().for_each(|value| *value = precision.round(*value));
+        }
+        check_finite(values)?;
+        let width = if precision == Precision::Single {
+            self.bytes.as_chunks_mut().0.iter_mut().zip(values).for_each(|(to, value)| *to = (*value as f32).to_le_bytes());
+            4
+        } else {
+            self.bytes.as_chunks_mut().0.iter_mut().zip(values).for_each(|(to, value)| *to = value.to_le_bytes());
+            8
+        };
+        paper.write_all(&self.bytes[..width * self.length])?;
+        self.length = 0;
+        Ok(())
+    }
 }
 
 impl Numbers {
     /// Takes a whole list, whose length may be known.
     pub fn gather(first: Row, rows: impl Iterator<Item = Option<Row>>) -> Result<Self, Unwritten> {
-        let mut values = Vec::with_capacity((1 + rows.size_hint().0) * first.width());
-        values.extend_from_slice(first.values());
-        for row in rows {
-            values.extend_from_slice(row.map_or_else(other, Ok)?.values());
+        let mut values = Vec::with_capacity((1 + rows.size_hint().0) * first.width() + WIDEST);
+        for row in std::iter::once(Some(first)).chain(rows) {
+            let row = row.map_or_else(other, Ok)?;
+            let length = values.len() + row.width();
+            // As in a block.
+            values.extend_from_slice(&row.values);
+            values.truncate(length);
         }
         Ok(Numbers { columns: first.columns, values })
     }
@@ -113,8 +127,12 @@ impl Numbers {
     pub fn write_json(&self, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
         paper.write_all(b"[")?;
         let width = self.columns.max(1);
-        let hands = paper.hands().min(self.values.len() / WORTH).max(1);
-        let mut parts = self.values.chunks(self.rows().div_ceil(hands).max(1) * width);
+        let hands = paper.hands().min(self.values.len() / WORTH);
+        if hands < 2 {
+            write_part(&self.values, self.columns, shape, paper)?;
+            return paper.write_all(b"]").map_err(Unwritten::from);
+        }
+        let mut parts = self.values.chunks(self.rows().div_ceil(hands) * width);
         let first = parts.next().unwrap_or_default();
         let cancel = work::current();
         let write = |part: &[f64], paper: &mut Paper| work::run(&cancel, || write_part(part, self.columns, shape, paper));
@@ -318,7 +336,7 @@ mod tests {
         assert!(Row::of(&"text").is_none() && Row::of(&7u64).is_none());
         assert!(Row::of(&vec![1.0]).is_none() && Row::of(&[[1.0, 2.0]]).is_none() && Row::of(&[0.0; 5]).is_none());
         let point = Row::of(&[1.0, f64::INFINITY]).unwrap();
-        assert_eq!((point.columns, point.values()), (2, &[1.0, f64::INFINITY][..]));
+        assert_eq!((point.columns, point.values), (2, [1.0, f64::INFINITY, 0.0, 0.0]));
         let mut paper = Paper::new(&Budget::unlimited());
         for precision in [Precision::Full, Precision::Single] {
             assert!(write_raw(point, std::iter::empty(), precision, &mut paper).is_err());

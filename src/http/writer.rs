@@ -221,8 +221,10 @@ impl SerializeStruct for Object<'_, '_> {
 
     fn serialize_field<T: ?Sized + Serialize>(&mut self, key: &'static str, value: &T) -> Result<(), Unwritten> {
         self.writer.text(if std::mem::take(&mut self.first) { b"" } else { b"," })?;
-        self.writer.json(&key)?;
-        self.writer.text(b":")?;
+        // Names of fields need no escapes.
+        self.writer.text(b"\"")?;
+        self.writer.text(key.as_bytes())?;
+        self.writer.text(b"\":")?;
         value.serialize(&mut *self.writer)
     }
 
