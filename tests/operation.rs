@@ -392,3 +392,15 @@ fn healthcheck_asks_the_service() {
     drop(server);
     assert_eq!(check(&["--listen", &address]), Some(1));
 }
+
+#[test]
+fn who_starts_the_service_need_not_read_what_it_prints() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let mut child = binary().args(["--listen", &address]).stdout(writer).spawn().unwrap();
+    wait_until("the service", || TcpStream::connect(&address).is_ok());
+    assert!(binary().args(["healthcheck", "--listen", &address]).status().unwrap().success());
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
