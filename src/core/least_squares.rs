@@ -42,7 +42,7 @@ pub struct Deficient {
 }
 
 impl<const D: usize> LeastSquares<D> {
-    /// For rows whose coefficients lie within `band` neighbouring columns. Dense where that is more than [`BAND`], or all columns.
+    /// For rows whose coefficients lie within `band` neighbouring columns. Dense where that is more than the width of a cubic spline, or all columns.
     pub fn banded(columns: usize, band: usize) -> Self {
         let dense = band > BAND || band >= columns;
         let width = if dense { columns } else { BAND };

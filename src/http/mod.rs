@@ -177,7 +177,7 @@ fn shape_parameters() -> Vec<RefOr<Parameter>> {
         RefOr::T(ParameterBuilder::new().name(name).parameter_in(ParameterIn::Query).description(Some(text)).schema(Some(schema)).build())
     };
     let precision = "`full` (the default): numbers parse back to the same double. `single`: as numbers of single precision. 1 to 17: rounded to so many significant digits.";
-    let layout = "`nested` (the default): a list for each point. `flat`: one list for all coordinates. The raw format is always flat.";
+    let layout = "`nested` (the default): a list for each point. `flat`: one list for all coordinates. The schemas show `nested`; the raw format is always flat.";
     vec![
         parameter("precision", precision, ObjectBuilder::new().pattern(Some("^(full|single|[1-9]|1[0-7])$"))),
         parameter("layout", layout, ObjectBuilder::new().enum_values(Some(["nested", "flat"]))),
