@@ -1,11 +1,11 @@
 //! Lists of numbers and of points: taken from what is serialised, and written in one go.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::thread;
 
 use serde::ser::{self, Impossible, Serialize, SerializeTuple};
 
-use super::paper::Paper;
+use super::paper::{Paper, Stopped};
 use super::shape::{Layout, Precision, Shape};
 use super::writer::{Unwritten, not_finite, other, refuse, refuse_compounds};
 use crate::core::work;
@@ -141,10 +141,11 @@ impl Numbers {
             for part in parts {
                 let mut own = paper.paid_sibling()?;
                 let write = &write;
-                others.push(scope.spawn(move || {
+                let spawned = thread::Builder::new().spawn_scoped(scope, move || {
                     own.write_all(b",")?;
                     write(part, &mut own).map(|()| own.finish())
-                }));
+                });
+                others.push(spawned.map_err(|_| io::Error::other(Stopped::NoRoom))?);
             }
             write(first, paper)?;
             for other in others {
