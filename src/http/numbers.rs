@@ -158,7 +158,7 @@ impl Numbers {
 
 /// Whole rows, separated by commas.
 fn write_part(values: &[f64], columns: usize, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
-    paper.expect(values.len() * DIGITS);
+    paper.expect(values.len() * DIGITS)?;
     let width = if shape.layout == Layout::Nested { columns } else { 0 };
     let single = shape.precision == Precision::Single;
     let mut buffers: [zmij::Buffer; AT_ONCE] = std::array::from_fn(|_| zmij::Buffer::new());

@@ -91,8 +91,21 @@ impl Paper {
     }
 
     /// So much is about to be written: takes the room at once instead of bit by bit.
-    pub fn expect(&mut self, bytes: usize) {
-        self.sheet.reserve_exact(bytes.min(SHEET.saturating_sub(self.sheet.len())));
+    ///
+    /// # Errors
+    /// [`Stopped::NoRoom`].
+    pub fn expect(&mut self, bytes: usize) -> io::Result<()> {
+        self.grow((self.sheet.len() + bytes).min(SHEET))
+    }
+
+    /// Makes the sheet as large as this; any but the first of a text is paid for.
+    fn grow(&mut self, size: usize) -> io::Result<()> {
+        if !self.full.is_empty() {
+            let reservation = self.reservation.get_or_insert_with(|| Reservation::of(&self.budget));
+            reservation.grow_to(size).map_err(|_| io::Error::other(Stopped::NoRoom))?;
+        }
+        self.sheet.reserve_exact(size.saturating_sub(self.sheet.len()));
+        Ok(())
     }
 
     /// Adds a finished text at the end.
@@ -121,9 +134,7 @@ impl Paper {
         if needed > SHEET && !self.sheet.is_empty() {
             return self.turn().map_err(io::Error::other);
         }
-        let larger = (2 * self.sheet.capacity()).clamp(FIRST, SHEET).max(needed);
-        self.sheet.reserve_exact(larger - self.sheet.len());
-        Ok(())
+        self.grow((2 * self.sheet.capacity()).clamp(FIRST, SHEET).max(needed))
     }
 
     /// Puts the full sheet away and takes a blank one that is paid for.
@@ -252,6 +263,14 @@ mod tests {
         assert_eq!(whole.len(), 1_000_000);
         let mut all = Reservation::of(&budget);
         assert!(all.grow_to(3 * SHEET).is_ok(), "everything is given back");
+    }
+
+    #[test]
+    fn a_sheet_after_an_appended_text_is_paid_for() {
+        let mut paper = Paper::new(&budget(0));
+        paper.append(paper.sibling().finish());
+        assert!(paper.expect(1).is_err());
+        assert!(paper.write_all(b"x").is_err());
     }
 
     #[test]
