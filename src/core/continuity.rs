@@ -1,11 +1,12 @@
 //! How smoothly segments join, measured joint by joint.
 
-use super::bezier_form::difference;
 use super::curve::{Composite, Piecewise};
 use super::error::Error;
+use super::gaps::{Gaps, Group, Order, Sides, orders};
 use super::knots::Breaks;
+use super::lanes::LANES;
 use super::limits;
-use super::point::{Point, is_safe, larger, magnitude};
+use super::point::{Point, magnitude};
 use super::work::{self, Pace};
 
 /// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives with
@@ -108,105 +109,6 @@ impl Report {
     }
 }
 
-/// One order of derivative over one segment.
-#[derive(Debug, Clone, Copy)]
-struct Order<const D: usize> {
-    first: Point<D>,
-    last: Point<D>,
-    /// The largest value of its control vectors, of the points their extent: what a relative tolerance refers to.
-    scale: f64,
-    /// The rounding error that comes from the Bezier points, in roundings.
-    of_points: f64,
-    /// The relative one that comes from the length of the interval, the difference of two rounded knots, in roundings.
-    of_length: f64,
-}
-
-impl<const D: usize> Order<D> {
-    /// The points themselves.
-    fn of_points(points: &[Point<D>], magnitude: f64) -> Self {
-        let (first, last) = (points[0], points[points.len() - 1]);
-        Order { first, last, scale: extent(points), of_points: magnitude, of_length: 0.0 }
-    }
-
-    /// Derivative `k` of a segment of a degree whose points have this magnitude; its control vectors are still to be added.
-    fn new(k: usize, magnitude: f64, degree: usize, (a, b): (f64, f64)) -> Self {
-        let of_length = k as f64 * (a.abs().max(b.abs()) / (b - a));
-        let of_points = derivative_size(magnitude, degree, k, b - a);
-        Order { first: Point::ZERO, last: Point::ZERO, scale: 0.0, of_points, of_length }
-    }
-
-    fn add(&mut self, i: usize, vector: Point<D>) {
-        if i == 0 {
-            self.first = vector;
-        }
-        self.last = vector;
-        self.scale = larger(self.scale, vector.max_abs());
-    }
-
-    fn rounding(&self, scale: f64) -> f64 {
-        64.0 * f64::EPSILON * (self.of_points + scale * self.of_length)
-    }
-}
-
-/// One order of derivative on both sides of a joint.
-struct Sides<const D: usize> {
-    left: Point<D>,
-    right: Point<D>,
-    jump: f64,
-    /// The larger of the scales.
-    scale: f64,
-    /// What rounding alone may make of the jump.
-    rounding: f64,
-}
-
-impl<const D: usize> Sides<D> {
-    fn new(before: &Order<D>, after: &Order<D>) -> Self {
-        let (left, right, scale) = (before.last, after.first, before.scale.max(after.scale));
-        Sides { left, right, jump: left.distance(right), scale, rounding: before.rounding(scale).max(after.rounding(scale)) }
-    }
-
-    fn allowed(&self, tolerance: f64) -> f64 {
-        tolerance * self.scale + self.rounding
-    }
-
-    fn agree(&self, tolerance: f64) -> bool {
-        // An allowance that overflows says nothing; ends that coincide agree whatever their scale.
-        let allowed = self.allowed(tolerance);
-        self.jump == 0.0 || (allowed.is_finite() && self.jump <= allowed)
-    }
-}
-
-/// `size d! / (d - k)! (2 / length)^k`: how large a `k`-th derivative can be for points of this size. Rounding
-/// errors of derivatives are measured in it. Overflows only where its value does.
-#[inline]
-pub(crate) fn derivative_size(size: f64, degree: usize, k: usize, length: f64) -> f64 {
-    (0..k).fold(size, |size, i| size * degree.saturating_sub(i) as f64 * 2.0 / length)
-}
-
-/// The largest distance of a point from the first one.
-fn extent<const D: usize>(points: &[Point<D>]) -> f64 {
-    let squares = points.iter().map(|&p| (p - points[0]).dot(p - points[0]));
-    let largest = squares.fold(0.0, larger);
-    if is_safe(largest) { largest.sqrt() } else { points.iter().map(|p| p.distance(points[0])).fold(0.0, f64::max) }
-}
-
-/// Points and the first two derivatives of one segment.
-fn orders<const D: usize>(points: &[Point<D>], interval: (f64, f64)) -> [Order<D>; 3] {
-    let (degree, length) = (points.len() - 1, interval.1 - interval.0);
-    let size = magnitude(points);
-    let [mut first, mut second] = [1, 2].map(|k| Order::new(k, size, degree, interval));
-    let mut before = Point::ZERO;
-    for (i, q) in points.windows(2).enumerate() {
-        let vector = difference(q[0], q[1], degree, length);
-        first.add(i, vector);
-        if i > 0 {
-            second.add(i - 1, difference(before, vector, degree - 1, length));
-        }
-        before = vector;
-    }
-    [Order::of_points(points, size), first, second]
-}
-
 /// The pairs of segments that meet, with the parameter where they do; with the seam of a closed curve at the end.
 fn joints(breaks: &Breaks, closed: bool) -> impl Iterator<Item = (usize, usize, f64)> {
     let (knots, count) = (breaks.as_slice(), breaks.segments());
@@ -237,14 +139,20 @@ fn measured<'a, const D: usize>(
     tolerance: Tolerance,
 ) -> Result<Report, Error> {
     let orders = |i: usize| orders(segment(i), breaks.interval(i));
-    let first = orders(0);
-    let mut before = first;
-    let measure = |(_, right, parameter)| {
-        let after = if right == 0 { first } else { orders(right) };
-        let left = std::mem::replace(&mut before, after);
-        measure(&left, &after, parameter, tolerance)
-    };
-    let joints = work::collect(joints(breaks, closed).map(measure))?;
+    let (knots, count) = (breaks.as_slice(), breaks.segments());
+    let mut joints = Vec::with_capacity(count);
+    let mut group = Group::new();
+    for first in (1..count).step_by(LANES) {
+        work::checkpoint()?;
+        let parameters = &knots[first..count.min(first + LANES)];
+        (0..=parameters.len()).for_each(|l| group.put(l, &orders(first - 1 + l)));
+        let gaps = group.gaps(parameters.len(), tolerance.relative);
+        joints.extend(parameters.iter().zip(gaps).map(|(&parameter, gaps)| Joint::new(parameter, &gaps, tolerance)));
+    }
+    if closed {
+        let seam = Gaps::new(&orders(count - 1), &orders(0), tolerance.relative, Point::norm);
+        joints.push(Joint::new(knots[count], &seam, tolerance));
+    }
     let class = joints.iter().map(|joint| joint.class).min().unwrap_or(Class::C2);
     Ok(Report { class, joints, tolerance })
 }
@@ -270,7 +178,7 @@ pub(crate) fn parametric_orders<const D: usize>(composite: &Composite<D>, closed
         };
         for joint in smooth {
             pace.step()?;
-            if Sides::new(&over(joints[joint].0), &over(joints[joint].1)).agree(tolerance) {
+            if Sides::new(&over(joints[joint].0), &over(joints[joint].1), Point::norm).gap(tolerance).is_closed() {
                 found[joint].1 = order as i32;
                 smoother.push(joint);
             }
@@ -285,67 +193,37 @@ pub(crate) fn parametric_orders<const D: usize>(composite: &Composite<D>, closed
     Ok(found)
 }
 
-fn measure<const D: usize>(before: &[Order<D>; 3], after: &[Order<D>; 3], parameter: f64, tolerance: Tolerance) -> Joint {
-    let [position, first, second] = [0, 1, 2].map(|k| Sides::new(&before[k], &after[k]));
-    let shape = shape(&first, &second, tolerance.relative);
-    let meets = position.jump <= position.allowed(tolerance.relative) + tolerance.gap;
-    let c1 = meets && first.agree(tolerance.relative);
-    let parametric = match () {
-        () if c1 && second.agree(tolerance.relative) => Class::C2,
-        () if c1 => Class::C1,
-        () if meets => Class::C0,
-        () => Class::Discontinuous,
-    };
-    let geometric = match &shape {
-        _ if !meets => Class::Discontinuous,
-        Some(shape) if shape.g1 && shape.g2 => Class::G2,
-        Some(shape) if shape.g1 => Class::G1,
-        _ => Class::C0,
-    };
-    Joint {
-        parameter,
-        class: parametric.max(geometric),
-        parametric,
-        geometric,
-        position_gap: position.jump,
-        tangent_angle: shape.as_ref().map(|s| s.angle),
-        first_derivative_jump: first.jump,
-        second_derivative_jump: second.jump,
-        curvature_jump: shape.as_ref().map(|s| s.curvature_jump),
+impl Joint {
+    /// What the gaps make of a joint.
+    fn new(parameter: f64, gaps: &Gaps, tolerance: Tolerance) -> Self {
+        let meets = gaps.position.size <= gaps.position.allowed + tolerance.gap;
+        let c1 = meets && gaps.first.is_closed();
+        let parametric = match () {
+            () if c1 && gaps.second.is_closed() => Class::C2,
+            () if c1 => Class::C1,
+            () if meets => Class::C0,
+            () => Class::Discontinuous,
+        };
+        let [turn, bend] = [gaps.tangent, gaps.curvature].map(|gap| gaps.have_tangents().then_some(gap));
+        let g1 = turn.is_some_and(|turn| turn.size <= turn.allowed);
+        let geometric = match () {
+            () if !meets => Class::Discontinuous,
+            () if g1 && bend.is_some_and(|bend| bend.size <= bend.allowed) => Class::G2,
+            () if g1 => Class::G1,
+            () => Class::C0,
+        };
+        Joint {
+            parameter,
+            class: parametric.max(geometric),
+            parametric,
+            geometric,
+            position_gap: gaps.position.size,
+            tangent_angle: turn.map(|turn| 2.0 * (0.5 * turn.size).min(1.0).asin()),
+            first_derivative_jump: gaps.first.size,
+            second_derivative_jump: gaps.second.size,
+            curvature_jump: bend.map(|bend| bend.size),
+        }
     }
-}
-
-/// What does not depend on the parameterization.
-struct Shape {
-    angle: f64,
-    curvature_jump: f64,
-    g1: bool,
-    g2: bool,
-}
-
-/// Compares tangents and curvature vectors; none where a speed vanishes within rounding.
-fn shape<const D: usize>(first: &Sides<D>, second: &Sides<D>, tolerance: f64) -> Option<Shape> {
-    // The reciprocal of a speed; where that overflows, the speed has no digits left.
-    let (left, right) = (1.0 / first.left.norm(), 1.0 / first.right.norm());
-    let slowness = left.max(right);
-    if !slowness.is_finite() || 1.0 <= first.rounding * slowness {
-        return None;
-    }
-    let curvature = |slowness: f64, tangent: Point<D>, acceleration: Point<D>| {
-        let normal = acceleration - tangent * tangent.dot(acceleration);
-        normal * slowness * slowness
-    };
-    let tangents = (first.left * left, first.right * right);
-    let turn = tangents.0.distance(tangents.1);
-    let jump = curvature(left, tangents.0, second.left).distance(curvature(right, tangents.1, second.right));
-    // A tangent turned by a rounding error turns the curvature vector with it.
-    let allowed = (second.allowed(tolerance) + second.scale * (first.rounding * slowness)) * slowness * slowness;
-    Some(Shape {
-        angle: 2.0 * (0.5 * turn).min(1.0).asin(),
-        curvature_jump: jump,
-        g1: turn <= tolerance + first.rounding * slowness,
-        g2: jump <= allowed,
-    })
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! Points, derivatives and the moving frame along a curve.
 
 use super::bezier_form::{chord_error, split};
-use super::continuity::derivative_size;
 use super::curve::{Composite, Curve};
 use super::error::{At, Error, Fault, at_least, at_most};
+use super::gaps::derivative_size;
+use super::lanes::uniform;
 use super::limits;
 use super::point::Point;
 use super::work::Pace;
@@ -140,10 +141,7 @@ fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> 
         Sampling::Count(count) => {
             let checked = at_least("samples", *count, 2).and_then(|()| at_most("samples", *count, limits::effective().samples, ADVICE));
             checked.at("count").at("sampling")?;
-            let last = count - 1;
-            let mut values: Vec<f64> = (0..*count as u32).map(|i| (a + (b - a) * (f64::from(i) / last as f64)).min(b)).collect();
-            values[last] = b;
-            Ok(values)
+            Ok(uniform(a, b, *count as u32))
         }
         Sampling::Parameters(values) => {
             let in_values = |error: Error| error.at("values").at("sampling");

@@ -1,7 +1,10 @@
 //! Reflections that take a block of equations into a triangle.
 
+use std::array::{from_mut, from_ref};
+use std::hint::black_box;
+
 use super::lanes::LANES;
-use super::point::{Point, is_safe, length};
+use super::point::{Point, is_safe, larger, length};
 
 /// One number of each equation.
 pub type Column = [f64; LANES];
@@ -46,49 +49,120 @@ impl<const D: usize> Block<D> {
 /// them is left: the same sums of squares in as many equations as unknowns (Householder 1958; Golub and Van Loan, Matrix
 /// Computations, 5.1 and 5.2.2; rows a block at a time after Lawson and Hanson 1974, chapter 27).
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-pub(crate) fn absorb<const D: usize>(triangle: &mut [f64], right: &mut [Point<D>], mut block: Block<D>) {
+pub(crate) fn absorb<const D: usize>(triangle: &mut [f64], right: &mut [Point<D>], block: &mut Block<D>) {
     let mut columns = block.columns.as_mut_slice();
     for (row, right) in triangle.chunks_exact_mut(right.len().max(1)).zip(right) {
         let ([first, row @ ..], [column, later @ ..]) = (row, columns) else { return };
         if let Some(share) = reflector(first, column) {
-            row.iter_mut().zip(&mut *later).for_each(|(top, other)| reflect(column, share, top, other));
-            right.0.iter_mut().zip(&mut block.right).for_each(|(top, other)| reflect(column, share, top, other));
+            let count = row.len().min(later.len());
+            let ((tops, top), (others, other)) = (row[..count].as_chunks_mut(), later[..count].as_chunks_mut());
+            tops.iter_mut().zip(others).for_each(|(tops, others)| reflect::<TOGETHER>(column, share, tops, others));
+            top.iter_mut().zip(other).for_each(|(top, other)| reflect(column, share, from_mut(top), from_mut(other)));
+            reflect(column, share, &mut right.0, &mut block.right);
         }
         columns = later;
     }
 }
 
+/// So many columns are reflected at once, so that none waits for the sum of another.
+const TOGETHER: usize = 4;
+
 /// The vector `(1, column)` and the factor of the reflection that makes `column` vanish under `top`: no entry is larger than 1.
 /// `None` where it is zero already.
 #[inline(always)]
 fn reflector(top: &mut f64, column: &mut Column) -> Option<f64> {
-    let square = dot(column, column);
+    let [square] = dots(column, from_ref(column));
     if square == 0.0 && column.iter().all(|&x| x == 0.0) {
         return None;
     }
     let all = square + *top * *top;
     let length = if is_safe(all) { all.sqrt() } else { length(column.iter().copied().chain([*top])) };
     let image = -length.copysign(*top);
-    column.iter_mut().for_each(|x| *x /= *top - image);
-    let share = (image - *top) / image;
+    let divisor = *top - image;
+    if is_safe(all) {
+        let factor = 1.0 / divisor;
+        column.iter_mut().for_each(|x| *x *= factor);
+    } else {
+        column.iter_mut().for_each(|x| *x /= divisor);
+    }
+    let share = -divisor / image;
     *top = image;
     Some(share)
 }
 
 #[inline(always)]
-fn reflect(column: &Column, share: f64, top: &mut f64, other: &mut Column) {
-    let along = share * (*top + dot(column, other));
-    *top -= along;
-    other.iter_mut().zip(column).for_each(|(x, c)| *x -= along * c);
+fn reflect<const N: usize>(column: &Column, share: f64, tops: &mut [f64; N], others: &mut [Column; N]) {
+    let sums = dots(column, others);
+    for ((top, other), sum) in tops.iter_mut().zip(others).zip(sums) {
+        let along = share * (*top + sum);
+        *top -= along;
+        other.iter_mut().zip(column).for_each(|(x, c)| *x -= along * c);
+    }
 }
 
-/// In eight sums, whatever the registers hold.
+/// Each in eight sums, whatever the registers hold.
 #[inline(always)]
-fn dot(a: &Column, b: &Column) -> f64 {
-    let mut sums = [0.0; 8];
-    for (a, b) in a.as_chunks::<8>().0.iter().zip(b.as_chunks::<8>().0) {
-        sums = std::array::from_fn(|l| sums[l] + a[l] * b[l]);
+fn dots<const N: usize>(a: &Column, others: &[Column; N]) -> [f64; N] {
+    let mut sums = [[0.0; 8]; N];
+    for i in (0..LANES).step_by(8) {
+        for (sums, b) in sums.iter_mut().zip(others) {
+            *sums = std::array::from_fn(|l| sums[l] + a[i + l] * b[i + l]);
+        }
     }
-    let [a, b, c, d]: [f64; 4] = std::array::from_fn(|l| sums[l] + sums[l + 4]);
-    (a + c) + (b + d)
+    // What is done with the sums is not to change how they are summed: the compiler would shuffle every register for it.
+    let sums = black_box(sums);
+    sums.map(|sums| {
+        let [a, b, c, d]: [f64; 4] = std::array::from_fn(|l| sums[l] + sums[l + 4]);
+        (a + c) + (b + d)
+    })
+}
+
+/// The band that cubic splines have.
+pub(crate) const BAND: usize = 4;
+/// An equation within a band: its coefficients, and its right-hand sides from [`BAND`] on.
+pub(crate) type Row = [f64; 2 * BAND];
+
+/// The same for equations whose coefficients lie within the first [`BAND`] columns of a triangle of that band, all sides of an equation
+/// in one register.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+pub(crate) fn absorb_rows<const D: usize>(triangle: &mut [[f64; BAND]], right: &mut [Point<D>], rows: &mut [Row]) {
+    const { assert!(D <= BAND) };
+    for (j, (pivot, right)) in triangle.iter_mut().zip(right).enumerate().take(BAND) {
+        let largest = rows.iter().fold(0.0, |largest, row| larger(largest, row[j].abs()));
+        if largest == 0.0 {
+            continue;
+        }
+        let mut top = Row::default();
+        top[j..BAND].copy_from_slice(&pivot[..BAND - j]);
+        top[BAND..BAND + D].copy_from_slice(&right.0);
+        // A power of two, which changes no digit, so that no product overflows or vanishes.
+        let scale = reciprocal_power(larger(largest, top[j].abs()));
+        let (mut sums, mut square) = (Row::default(), 0.0);
+        for row in &*rows {
+            let part = black_box(row[j]) * scale;
+            square += part * part;
+            sums = std::array::from_fn(|l| sums[l] + part * row[l]);
+        }
+        let first = top[j] * scale;
+        let image = -(square + first * first).sqrt().copysign(first);
+        let divisor = first - image;
+        let (share, factor) = (-divisor / image, 1.0 / divisor);
+        let along: Row = std::array::from_fn(|l| share * (top[l] + sums[l] * factor));
+        let scaled = along.map(|x| x * factor);
+        for row in &mut *rows {
+            // One row at a time: the compiler would gather a column of many.
+            let part = black_box(row[j]) * scale;
+            *row = std::array::from_fn(|l| row[l] - part * scaled[l]);
+        }
+        top = std::array::from_fn(|l| top[l] - along[l]);
+        top[j] = image / scale;
+        pivot[..BAND - j].copy_from_slice(&top[j..BAND]);
+        right.0.copy_from_slice(&top[BAND..BAND + D]);
+    }
+}
+
+/// One over the power of two below a positive number, as far as there is one.
+fn reciprocal_power(x: f64) -> f64 {
+    let exponent = (x.to_bits() >> 52).min(2045);
+    f64::from_bits((2046 - exponent) << 52)
 }

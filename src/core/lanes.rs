@@ -82,6 +82,28 @@ pub(crate) fn extend<const D: usize>(
     points.extend((0..parameters.len().min(LANES)).map(point));
 }
 
+/// So many parameters at equal distances from `a` to `b`; at least 2.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+pub(crate) fn uniform(a: f64, b: f64, count: u32) -> Vec<f64> {
+    let last = f64::from(count - 1);
+    let mut values: Vec<f64> = (0..count).map(|i| smaller(a + (b - a) * (f64::from(i) / last), b)).collect();
+    values[count as usize - 1] = b;
+    values
+}
+
+/// The smaller of two numbers.
+#[inline(always)]
+fn smaller(number: f64, other: f64) -> f64 {
+    if other < number { other } else { number }
+}
+
+/// Whether all are finite.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+pub(crate) fn are_finite(values: &[f64]) -> bool {
+    // Not `all`, which would end early: so the loop takes many at once.
+    values.iter().fold(true, |finite, value| finite & value.is_finite())
+}
+
 /// The values of the Bernstein polynomials at each `u` (with `v = 1 - u`), as [`bernstein`](super::bezier_form::bernstein) has them.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 pub(crate) fn bernstein(degree: usize, u: &[f64; LANES], v: &[f64; LANES]) -> Vec<[f64; LANES]> {

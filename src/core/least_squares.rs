@@ -1,19 +1,17 @@
 //! Linear least squares by orthogonal transformations, as rows arrive.
 //!
-//! Dense rows are reflected into an upper triangle `R` a block at a time; rows within a band are rotated in one by one (Givens 1958;
-//! Golub and Van Loan, Matrix Computations, 5.2.5; for bands Lawson and Hanson 1974, chapter 27). The normal equations, which would
-//! square the condition number, are never formed.
+//! Rows are reflected into an upper triangle `R` a block at a time: dense ones as they come, rows within a band as long as they begin in
+//! the same column (Lawson and Hanson 1974, chapter 27). A few rows, or rows that come out of order, are rotated in one by one (Givens
+//! 1958; Golub and Van Loan, Matrix Computations, 5.2.5). The normal equations, which would square the condition number, are never formed.
 
 use nalgebra::DMatrix;
 
 pub use super::householder::Block;
-use super::householder::absorb;
+use super::householder::{BAND, Row, absorb, absorb_rows};
 use super::lanes::LANES;
 use super::point::{Point, length};
 use super::singular_values::decomposed;
 
-/// The band that cubic splines have.
-const BAND: usize = 4;
 /// Singular values below this many roundings of the largest, times columns, count as zero.
 const ROUNDINGS: f64 = 8.0;
 
@@ -30,7 +28,13 @@ pub struct LeastSquares<const D: usize> {
     right: Vec<Point<D>>,
     /// Dense rows that are not in the triangle yet, and how many.
     waiting: Option<(Block<D>, usize)>,
+    /// Rows within the band that are not in the triangle yet, all of which begin in one column. No row has begun in a later one.
+    rows: Vec<Row>,
+    first: usize,
 }
+
+/// Fewer rows are rotated in sooner than reflected.
+const FEW: usize = 3;
 
 /// Fewer independent equations than unknowns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +50,15 @@ impl<const D: usize> LeastSquares<D> {
     pub fn banded(columns: usize, band: usize) -> Self {
         let dense = band > BAND || band >= columns;
         let width = if dense { columns } else { BAND };
-        LeastSquares { columns, dense, triangle: vec![0.0; columns * width], right: vec![Point::ZERO; columns], waiting: None }
+        LeastSquares {
+            columns,
+            dense,
+            triangle: vec![0.0; columns * width],
+            right: vec![Point::ZERO; columns],
+            waiting: None,
+            rows: Vec::new(),
+            first: 0,
+        }
     }
 
     /// For rows with coefficients anywhere.
@@ -69,21 +81,42 @@ impl<const D: usize> LeastSquares<D> {
     }
 
     /// Adds many equations to a dense problem.
-    pub fn push_block(&mut self, block: Block<D>) {
-        absorb(&mut self.triangle, &mut self.right, block);
+    pub fn push_block(&mut self, mut block: Block<D>) {
+        absorb(&mut self.triangle, &mut self.right, &mut block);
+    }
+
+    fn push_banded(&mut self, first: usize, coefficients: &[f64], right: Point<D>, weight: f64) {
+        let (root, mut row) = (weight.sqrt(), Row::default());
+        row.iter_mut().zip(coefficients).for_each(|(entry, c)| *entry = c * root);
+        row[BAND..].iter_mut().zip(right.0).for_each(|(entry, x)| *entry = x * root);
+        if first < self.first {
+            return self.rotate(first, &row);
+        }
+        if first > self.first || self.rows.len() == LANES {
+            self.absorb_waiting();
+            self.first = first;
+        }
+        self.rows.push(row);
     }
 
     fn absorb_waiting(&mut self) {
         if let Some((block, _)) = self.waiting.take() {
             self.push_block(block);
         }
+        let mut rows = std::mem::take(&mut self.rows);
+        if rows.len() < FEW {
+            rows.iter().for_each(|row| self.rotate(self.first, row));
+        } else {
+            absorb_rows(&mut self.triangle.as_chunks_mut().0[self.first..], &mut self.right[self.first..], &mut rows);
+        }
+        rows.clear();
+        self.rows = rows;
     }
 
-    fn push_banded(&mut self, first: usize, coefficients: &[f64], right: Point<D>, weight: f64) {
-        let root = weight.sqrt();
-        let mut row = [0.0; BAND];
-        row.iter_mut().zip(coefficients).for_each(|(entry, c)| *entry = c * root);
-        let mut right = right * root;
+    /// Rotates a row within the band into the triangle.
+    fn rotate(&mut self, first: usize, row: &Row) {
+        let mut right = Point(std::array::from_fn(|k| row[BAND + k]));
+        let mut row: [f64; BAND] = std::array::from_fn(|k| row[k]);
         let pivots = self.triangle.as_chunks_mut().0[first..].iter_mut();
         for (pivot, known) in pivots.zip(&mut self.right[first..]) {
             if row[0] != 0.0 {

@@ -4,7 +4,8 @@ use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Sub};
 
 /// `D` finite coordinates. Points and vectors share the type: a control point, a hodograph's
 /// control vector and a residual are all added and scaled the same way.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::TransparentWrapper)]
+#[repr(transparent)]
 pub struct Point<const D: usize>(pub [f64; D]);
 
 impl<const D: usize> Point<D> {

@@ -1,153 +1,85 @@
-//! Lists of numbers and of points: taken from what is serialised, and written in one go.
+//! Lists of numbers and of points, written in one go.
 
 use std::io::{self, Write};
 use std::thread;
 
-use serde::ser::{self, Impossible, Serialize, SerializeTuple};
-
 use super::paper::{Paper, Stopped};
 use super::shape::{Layout, Precision, Shape};
-use super::writer::{Unwritten, not_finite, other, refuse, refuse_compounds};
+use super::writer::{Unwritten, not_finite};
+use crate::core::lanes::are_finite;
 use crate::core::work;
 
-/// A number (0 columns), or the coordinates of a point.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Row {
-    values: [f64; WIDEST],
-    pub columns: usize,
-}
-
-/// The most coordinates of a point, with one to spare.
-const WIDEST: usize = 4;
-
-impl Row {
-    /// What an entry of a list is, if it is a number or a point.
-    #[inline]
-    pub fn of<T: ?Sized + Serialize>(entry: &T) -> Option<Self> {
-        entry.serialize(Take).ok()
-    }
-
-    /// How many numbers.
-    pub fn width(&self) -> usize {
-        self.columns.max(1)
-    }
-}
-
 /// Numbers row by row.
-#[derive(Debug)]
-pub struct Numbers {
-    columns: usize,
-    values: Vec<f64>,
+#[derive(Debug, Clone, Copy)]
+pub struct Numbers<'a> {
+    /// How many are in a row: the coordinates of a point; 0 for plain numbers.
+    pub columns: usize,
+    /// Row after row.
+    pub values: &'a [f64],
 }
 
 /// As many numbers as are worth another thread: their text takes some hundred microseconds, a thread some ten.
 const WORTH: usize = 8_192;
 /// What a number takes in JSON, mostly; with its comma.
 const DIGITS: usize = 21;
-/// Numbers whose bytes are copied at once.
-const BLOCK: usize = 512;
+/// Numbers whose bytes are written at once.
+const BLOCK: usize = 4_096;
 
 fn check_finite(values: &[f64]) -> Result<(), Unwritten> {
-    // Not `all`, which would end early: so the loop takes many at once.
-    let finite = values.iter().fold(true, |finite, value| finite & value.is_finite());
-    if finite { Ok(()) } else { Err(not_finite()) }
+    if are_finite(values) { Ok(()) } else { Err(not_finite()) }
 }
 
-/// Writes the bytes of numbers; how many.
-pub fn write_raw(first: Row, rows: impl Iterator<Item = Option<Row>>, precision: Precision, paper: &mut Paper) -> Result<usize, Unwritten> {
-    let mut block = Block { values: [0.0; BLOCK + WIDEST], length: 0, bytes: [0; 8 * (BLOCK + WIDEST)] };
-    block.push(first);
-    let mut count = 0;
-    for row in rows {
-        block.push(row.map_or_else(other, Ok)?);
-        if block.length >= BLOCK {
-            count += block.length;
-            block.write(precision, paper)?;
-        }
-    }
-    count += block.length;
-    block.write(precision, paper).map(|()| count)
-}
+// The raw format is little-endian, and lists are sent as they are in memory.
+const _: () = assert!(cfg!(target_endian = "little"));
 
-/// Up to [`BLOCK`] numbers and a row.
-struct Block {
-    values: [f64; BLOCK + WIDEST],
-    length: usize,
-    bytes: [u8; 8 * (BLOCK + WIDEST)],
-}
-
-impl Block {
-    /// All that a row may have is copied, and what it has counts: a copy of unknown length is a call.
-    #[inline]
-    fn push(&mut self, row: Row) {
-        self.values[self.length..self.length + WIDEST].copy_from_slice(&row.values);
-        self.length += row.width();
-    }
-
-    /// Writes them and is empty.
-    fn write(&mut self, precision: Precision, paper: &mut Paper) -> Result<(), Unwritten> {
-        let values = &mut self.values[..self.length];
-        if precision != Precision::Full {
-            values.iter_mut().for_each(|value| *value = precision.round(*value));
-        }
-        check_finite(values)?;
-        let width = if precision == Precision::Single {
-            self.bytes.as_chunks_mut().0.iter_mut().zip(values).for_each(|(to, value)| *to = (*value as f32).to_le_bytes());
-            4
-        } else {
-            self.bytes.as_chunks_mut().0.iter_mut().zip(values).for_each(|(to, value)| *to = value.to_le_bytes());
-            8
-        };
-        paper.write_all(&self.bytes[..width * self.length])?;
-        self.length = 0;
-        Ok(())
-    }
-}
-
-impl Numbers {
-    /// Takes a whole list, whose length may be known.
-    pub fn gather(first: Row, rows: impl Iterator<Item = Option<Row>>) -> Result<Self, Unwritten> {
-        let mut values = Vec::with_capacity((1 + rows.size_hint().0) * first.width() + WIDEST);
-        for row in std::iter::once(Some(first)).chain(rows) {
-            let row = row.map_or_else(other, Ok)?;
-            let length = values.len() + row.width();
-            // As in a block.
-            values.extend_from_slice(&row.values);
-            values.truncate(length);
-        }
-        Ok(Numbers { columns: first.columns, values })
-    }
-
+impl Numbers<'_> {
     /// How many numbers or points.
-    fn rows(&self) -> usize {
+    pub fn rows(&self) -> usize {
         self.values.len() / self.columns.max(1)
     }
 
+    /// Writes the bytes of the numbers.
+    pub fn write_raw(&self, precision: Precision, paper: &mut Paper) -> Result<(), Unwritten> {
+        let width = if precision == Precision::Single { size_of::<f32>() } else { size_of::<f64>() };
+        paper.expect(self.values.len() * width)?;
+        let mut rounded = Vec::new();
+        for values in self.values.chunks(BLOCK) {
+            let values = precision.round_all(values, &mut rounded);
+            check_finite(values)?;
+            if precision == Precision::Single {
+                let singles: Vec<f32> = values.iter().map(|value| *value as f32).collect();
+                paper.write_all(bytemuck::cast_slice(&singles))?;
+            } else {
+                paper.write_all(bytemuck::cast_slice(values))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Writes the list as JSON; a long one on several threads, each its part.
-    pub fn write_json(&self, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
+    pub fn write_json(&self, shape: Shape, scribe: &mut Scribe, paper: &mut Paper) -> Result<(), Unwritten> {
         paper.write_all(b"[")?;
-        let width = self.columns.max(1);
         let hands = paper.hands().min(self.values.len() / WORTH);
         if hands < 2 {
-            write_part(&self.values, self.columns, shape, paper)?;
+            scribe.write(*self, shape, paper)?;
             return paper.write_all(b"]").map_err(Unwritten::from);
         }
-        let mut parts = self.values.chunks(self.rows().div_ceil(hands) * width);
-        let first = parts.next().unwrap_or_default();
+        let part = |values| Numbers { values, ..*self };
+        let mut parts = self.values.chunks(self.rows().div_ceil(hands) * self.columns.max(1)).map(part);
+        let first = parts.next().unwrap_or(part(&[]));
         let cancel = work::current();
-        let write = |part: &[f64], paper: &mut Paper| work::run(&cancel, || write_part(part, self.columns, shape, paper));
         thread::scope(|scope| {
             let mut others = Vec::new();
             for part in parts {
                 let mut own = paper.paid_sibling()?;
-                let write = &write;
+                let cancel = &cancel;
                 let spawned = thread::Builder::new().spawn_scoped(scope, move || {
                     own.write_all(b",")?;
-                    write(part, &mut own).map(|()| own.finish())
+                    work::run(cancel, || Scribe::new().write(part, shape, &mut own)).map(|()| own.finish())
                 });
                 others.push(spawned.map_err(|_| io::Error::other(Stopped::NoRoom))?);
             }
-            write(first, paper)?;
+            scribe.write(first, shape, paper)?;
             for other in others {
                 paper.append(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
             }
@@ -156,33 +88,50 @@ impl Numbers {
     }
 }
 
-/// Whole rows, separated by commas.
-fn write_part(values: &[f64], columns: usize, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
-    paper.expect(values.len() * DIGITS)?;
-    let width = if shape.layout == Layout::Nested { columns } else { 0 };
-    let single = shape.precision == Precision::Single;
-    let mut buffers: [zmij::Buffer; AT_ONCE] = std::array::from_fn(|_| zmij::Buffer::new());
-    let (mut line, mut before, mut column) = (Line::default(), if width > 0 { OPEN } else { NOTHING }, 0);
-    for values in values.chunks(AT_ONCE) {
-        let mut rounded = [0.0; AT_ONCE];
-        rounded.iter_mut().zip(values).for_each(|(to, value)| *to = shape.precision.round(*value));
-        let values = &rounded[..values.len()];
-        check_finite(values)?;
-        let mut texts = [""; AT_ONCE];
-        for ((text, buffer), value) in texts.iter_mut().zip(&mut buffers).zip(values) {
-            *text = if single { buffer.format_finite(*value as f32) } else { buffer.format_finite(*value) };
-        }
-        for text in &texts[..values.len()] {
-            line.put(before);
-            line.put_number(text.as_bytes());
-            column += 1;
-            before = if column == width { NEXT } else { COMMA };
-            column *= usize::from(column != width);
-        }
-        paper.write_all(&line.bytes[..line.length])?;
-        line.length = 0;
+/// What it takes to turn numbers to text; made once for many lists.
+pub struct Scribe {
+    texts: [zmij::Buffer; AT_ONCE],
+    line: Line,
+    rounded: Vec<f64>,
+}
+
+impl Default for Scribe {
+    fn default() -> Self {
+        Scribe { texts: std::array::from_fn(|_| zmij::Buffer::new()), line: Line::new(), rounded: Vec::new() }
     }
-    paper.write_all(if width > 0 { b"]" } else { b"" }).map_err(Unwritten::from)
+}
+
+impl Scribe {
+    /// With nothing to write yet.
+    pub fn new() -> Self {
+        Scribe { texts: std::array::from_fn(|_| zmij::Buffer::new()), line: Line::new(), rounded: Vec::new() }
+    }
+
+    /// Whole rows, separated by commas.
+    fn write(&mut self, numbers: Numbers, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
+        paper.expect(numbers.values.len() * DIGITS)?;
+        let width = if shape.layout == Layout::Nested { numbers.columns } else { 0 };
+        let (mut before, mut column) = (if width > 0 { OPEN } else { NOTHING }, 0);
+        for values in numbers.values.chunks(AT_ONCE) {
+            let values = shape.precision.round_all(values, &mut self.rounded);
+            check_finite(values)?;
+            let mut texts = [""; AT_ONCE];
+            for ((text, buffer), value) in texts.iter_mut().zip(&mut self.texts).zip(values) {
+                let single = shape.precision == Precision::Single;
+                *text = if single { buffer.format_finite(*value as f32) } else { buffer.format_finite(*value) };
+            }
+            for text in &texts[..values.len()] {
+                self.line.put(before);
+                self.line.put_number(text.as_bytes());
+                column += 1;
+                before = if column == width { NEXT } else { COMMA };
+                column *= usize::from(column != width);
+            }
+            paper.write_all(&self.line.bytes[..self.line.length])?;
+            self.line.length = 0;
+        }
+        paper.write_all(if width > 0 { b"]" } else { b"" }).map_err(Unwritten::from)
+    }
 }
 
 /// How many numbers are turned to text before their texts are copied: a text that is copied at once waits for its own stores.
@@ -203,13 +152,11 @@ struct Line {
     length: usize,
 }
 
-impl Default for Line {
-    fn default() -> Self {
+impl Line {
+    fn new() -> Self {
         Line { bytes: [0; AT_ONCE * (LONGEST + 4)], length: 0 }
     }
-}
 
-impl Line {
     #[inline]
     fn put(&mut self, (bytes, length): Before) {
         self.bytes[self.length..self.length + 4].copy_from_slice(bytes);
@@ -234,115 +181,44 @@ impl Line {
     }
 }
 
-/// Takes a number or a point; refuses anything else.
-struct Take;
-
-impl SerializeTuple for Row {
-    type Ok = Row;
-    type Error = Unwritten;
-
-    #[inline]
-    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
-        let number = value.serialize(Take)?;
-        let to = self.values.get_mut(self.columns).map_or_else(other, Ok)?;
-        *to = number.values[0];
-        self.columns += 1;
-        if number.columns == 0 { Ok(()) } else { other() }
-    }
-
-    #[inline]
-    fn end(self) -> Result<Row, Unwritten> {
-        Ok(self)
-    }
-}
-
-impl ser::Serializer for Take {
-    type Ok = Row;
-    type Error = Unwritten;
-    type SerializeSeq = Impossible<Row, Unwritten>;
-    type SerializeTuple = Row;
-    type SerializeStruct = Impossible<Row, Unwritten>;
-
-    refuse_compounds!(Row);
-    refuse! { Row; serialize_bool(bool) serialize_i8(i8) serialize_i16(i16) serialize_i32(i32) serialize_i64(i64) serialize_u8(u8)
-    serialize_u16(u16) serialize_u32(u32) serialize_u64(u64) serialize_f32(f32) serialize_char(char) serialize_str(&str)
-    serialize_bytes(&[u8]) serialize_none() serialize_unit() serialize_unit_struct(&'static str)
-    serialize_unit_variant(&'static str, u32, &'static str) }
-
-    #[inline]
-    fn serialize_f64(self, value: f64) -> Result<Row, Unwritten> {
-        Ok(Row { values: [value, 0.0, 0.0, 0.0], columns: 0 })
-    }
-
-    #[inline]
-    fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<Row, Unwritten> {
-        value.serialize(self)
-    }
-
-    #[inline]
-    fn serialize_newtype_struct<T: ?Sized + Serialize>(self, _: &'static str, value: &T) -> Result<Row, Unwritten> {
-        value.serialize(self)
-    }
-
-    fn serialize_seq(self, _: Option<usize>) -> Result<Self::SerializeSeq, Unwritten> {
-        other()
-    }
-
-    #[inline]
-    fn serialize_tuple(self, _: usize) -> Result<Row, Unwritten> {
-        Ok(Row::default())
-    }
-
-    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeStruct, Unwritten> {
-        other()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::http::budget::Budget;
 
-    fn numbers(columns: usize, rows: usize) -> Numbers {
-        let values = (0..rows * columns.max(1)).map(|i| (i as f64 * 0.7).sin() * 10f64.powi(i as i32 % 40 - 20)).collect();
-        Numbers { columns, values }
+    fn values(count: usize) -> Vec<f64> {
+        (0..count).map(|i| (i as f64 * 0.7).sin() * 10f64.powi(i as i32 % 40 - 20)).collect()
     }
 
-    fn written(numbers: &Numbers, shape: Shape, hands: usize) -> Vec<u8> {
+    fn written(columns: usize, values: &[f64], shape: Shape, hands: usize) -> Vec<u8> {
         let budget = Budget::new(1 << 30, std::sync::Arc::default());
         let mut paper = Paper::new(&budget).with_hands(hands);
-        numbers.write_json(shape, &mut paper).unwrap();
+        Numbers { columns, values }.write_json(shape, &mut Scribe::new(), &mut paper).unwrap();
         paper.finish().concat()
     }
 
     #[test]
     fn a_list_is_what_serde_json_writes_however_many_write_it() {
         for rows in [1, 2, 3 * WORTH, 100_000] {
-            let points = numbers(3, rows);
-            let nested: Vec<&[f64]> = points.values.chunks(3).collect();
-            let (nested, flat) = (serde_json::to_vec(&nested).unwrap(), serde_json::to_vec(&points.values).unwrap());
+            let values = values(3 * rows);
+            let nested: Vec<&[f64]> = values.chunks(3).collect();
+            let (nested, flat) = (serde_json::to_vec(&nested).unwrap(), serde_json::to_vec(&values).unwrap());
             for hands in [1, 2, 3, 7] {
-                assert!(written(&points, Shape::default(), hands) == nested, "{rows} rows, {hands} hands");
-                assert!(written(&points, Shape { layout: Layout::Flat, ..Shape::default() }, hands) == flat, "{rows} rows, {hands} hands");
-                assert!(
-                    written(&Numbers { columns: 0, ..numbers(3, rows) }, Shape::default(), hands) == flat,
-                    "{rows} rows, {hands} hands"
-                );
+                let flattened = Shape { layout: Layout::Flat, ..Shape::default() };
+                assert!(written(3, &values, Shape::default(), hands) == nested, "{rows} rows, {hands} hands");
+                assert!(written(3, &values, flattened, hands) == flat, "{rows} rows, {hands} hands");
+                assert!(written(0, &values, Shape::default(), hands) == flat, "{rows} rows, {hands} hands");
             }
         }
     }
 
     #[test]
-    fn what_is_no_number_is_refused() {
-        assert!(Row::of(&"text").is_none() && Row::of(&7u64).is_none());
-        assert!(Row::of(&vec![1.0]).is_none() && Row::of(&[[1.0, 2.0]]).is_none() && Row::of(&[0.0; 5]).is_none());
-        let point = Row::of(&[1.0, f64::INFINITY]).unwrap();
-        assert_eq!((point.columns, point.values), (2, [1.0, f64::INFINITY, 0.0, 0.0]));
+    fn what_is_not_finite_is_refused() {
         let mut paper = Paper::new(&Budget::unlimited());
-        for precision in [Precision::Full, Precision::Single] {
-            assert!(write_raw(point, std::iter::empty(), precision, &mut paper).is_err());
-            let numbers = Numbers::gather(point, std::iter::empty()).unwrap();
-            assert!(numbers.write_json(Shape { precision, ..Shape::default() }, &mut paper).is_err());
+        for (precision, value) in [(Precision::Full, f64::INFINITY), (Precision::Full, f64::NAN), (Precision::Single, 1e39)] {
+            let numbers = Numbers { columns: 2, values: &[1.0, value] };
+            assert!(numbers.write_raw(precision, &mut paper).is_err());
+            assert!(numbers.write_json(Shape { precision, ..Shape::default() }, &mut Scribe::new(), &mut paper).is_err());
         }
     }
 
@@ -350,6 +226,7 @@ mod tests {
     fn a_budget_that_is_spent_ends_a_list_of_many_hands() {
         let budget = Budget::new(0, std::sync::Arc::default());
         let mut paper = Paper::new(&budget).with_hands(2);
-        assert!(numbers(3, 100_000).write_json(Shape::default(), &mut paper).is_err());
+        let numbers = Numbers { columns: 3, values: &values(300_000) };
+        assert!(numbers.write_json(Shape::default(), &mut Scribe::new(), &mut paper).is_err());
     }
 }

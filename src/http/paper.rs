@@ -95,7 +95,13 @@ impl Paper {
     /// # Errors
     /// [`Stopped::NoRoom`].
     pub fn expect(&mut self, bytes: usize) -> io::Result<()> {
-        self.grow((self.sheet.len() + bytes).min(SHEET))
+        let needed = (self.sheet.len() + bytes).min(SHEET);
+        if self.sheet.len() >= SHEET / 4 && self.sheet.len() + bytes > SHEET {
+            // To make room on this one would be to copy it.
+            return self.turn().map_err(io::Error::other);
+        }
+        // At least twice the size: many short texts are expected one after the other.
+        if needed > self.sheet.capacity() { self.grow(needed.max((2 * self.sheet.capacity()).min(SHEET))) } else { Ok(()) }
     }
 
     /// Makes the sheet as large as this; any but the first of a text is paid for.

@@ -63,4 +63,14 @@ impl Precision {
             Precision::Digits(digits) => format!("{value:.*e}", usize::from(digits) - 1).parse().unwrap_or(value),
         }
     }
+
+    /// The numbers to be written: those given, or others in `room`.
+    pub fn round_all<'a>(self, values: &'a [f64], room: &'a mut Vec<f64>) -> &'a [f64] {
+        if self == Precision::Full {
+            return values;
+        }
+        room.clear();
+        room.extend(values.iter().map(|&value| self.round(value)));
+        room
+    }
 }

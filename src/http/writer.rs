@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde::ser::{self, Impossible, Serialize, SerializeSeq, SerializeStruct, SerializeTuple};
 
-use super::numbers::{Numbers, Row, write_raw};
+use super::numbers::{Numbers, Scribe};
 use super::paper::Paper;
 use super::shape::{MAGIC, PREFIX, Precision, Shape};
 
@@ -49,7 +49,7 @@ pub(super) fn not_finite() -> Unwritten {
 /// A number that is not finite; the paper ends.
 pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
     let raw = shape.raw.then(|| Raw { header: Vec::new(), data: paper.sibling(), count: 0 });
-    let mut writer = Writer { shape, raw, paper };
+    let mut writer = Writer { shape, raw, paper, scribe: Scribe::new(), columns: 0 };
     answer.serialize(&mut writer)?;
     writer.finish()
 }
@@ -59,6 +59,9 @@ struct Writer<'a> {
     shape: Shape,
     raw: Option<Raw>,
     paper: &'a mut Paper,
+    scribe: Scribe,
+    /// Of the numbers that come next.
+    columns: usize,
 }
 
 /// The header of the raw format, which grows beside its numbers, and how many these are.
@@ -97,13 +100,16 @@ impl Writer<'_> {
     }
 
     /// A list of numbers or of points.
-    fn numbers(&mut self, first: Row, rows: impl Iterator<Item = Option<Row>>) -> Result<(), Unwritten> {
+    fn numbers(&mut self, numbers: Numbers) -> Result<(), Unwritten> {
         let precision = self.shape.precision;
-        let Some(raw) = &mut self.raw else { return Numbers::gather(first, rows)?.write_json(self.shape, self.paper) };
+        if numbers.values.is_empty() {
+            return self.text(b"[]");
+        }
+        let Some(raw) = &mut self.raw else { return numbers.write_json(self.shape, &mut self.scribe, self.paper) };
         let name = if precision == Precision::Single { "$f32" } else { "$f64" };
-        let count = write_raw(first, rows, precision, &mut raw.data)?;
-        write!(raw.header, "{{\"{name}\":[{},{},{}]}}", raw.count, count / first.width(), first.columns)?;
-        raw.count += count;
+        numbers.write_raw(precision, &mut raw.data)?;
+        write!(raw.header, "{{\"{name}\":[{},{},{}]}}", raw.count, numbers.rows(), numbers.columns)?;
+        raw.count += numbers.values.len();
         Ok(())
     }
 
@@ -120,7 +126,7 @@ impl Writer<'_> {
     }
 }
 
-/// A list of anything but numbers and points, or a single point.
+/// A list of anything but numbers and points, or a single row of numbers.
 struct List<'a, 'b> {
     writer: &'a mut Writer<'b>,
     first: bool,
@@ -153,61 +159,16 @@ impl SerializeSeq for List<'_, '_> {
     }
 }
 
-/// What no answer holds, or no list of numbers.
-pub(super) fn other<T>() -> Result<T, Unwritten> {
-    Err(ser::Error::custom("not a number"))
+/// What no answer holds.
+fn other<T>() -> Result<T, Unwritten> {
+    Err(ser::Error::custom("no part of an answer"))
 }
 
 macro_rules! refuse {
-    ($ok:ty; $($name:ident($($type:ty),*))*) => {
-        $(fn $name(self $(, _: $type)*) -> Result<$ok, Unwritten> { $crate::http::writer::other() })*
+    ($($name:ident($($type:ty),*) -> $ok:ty;)*) => {
+        $(fn $name(self $(, _: $type)*) -> Result<$ok, Unwritten> { other() })*
     };
 }
-
-macro_rules! refuse_compounds {
-    ($ok:ty) => {
-        type SerializeTupleStruct = Impossible<$ok, Unwritten>;
-        type SerializeTupleVariant = Impossible<$ok, Unwritten>;
-        type SerializeMap = Impossible<$ok, Unwritten>;
-        type SerializeStructVariant = Impossible<$ok, Unwritten>;
-
-        fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeTupleStruct, Unwritten> {
-            $crate::http::writer::other()
-        }
-        fn serialize_tuple_variant(
-            self,
-            _: &'static str,
-            _: u32,
-            _: &'static str,
-            _: usize,
-        ) -> Result<Self::SerializeTupleVariant, Unwritten> {
-            $crate::http::writer::other()
-        }
-        fn serialize_map(self, _: Option<usize>) -> Result<Self::SerializeMap, Unwritten> {
-            $crate::http::writer::other()
-        }
-        fn serialize_struct_variant(
-            self,
-            _: &'static str,
-            _: u32,
-            _: &'static str,
-            _: usize,
-        ) -> Result<Self::SerializeStructVariant, Unwritten> {
-            $crate::http::writer::other()
-        }
-        fn serialize_newtype_variant<T: ?Sized + Serialize>(
-            self,
-            _: &'static str,
-            _: u32,
-            _: &'static str,
-            _: &T,
-        ) -> Result<$ok, Unwritten> {
-            $crate::http::writer::other()
-        }
-    };
-}
-
-pub(super) use {refuse, refuse_compounds};
 
 /// An object.
 struct Object<'a, 'b> {
@@ -240,9 +201,48 @@ impl<'a, 'b> ser::Serializer for &'a mut Writer<'b> {
     type SerializeTuple = List<'a, 'b>;
     type SerializeStruct = Object<'a, 'b>;
 
-    refuse_compounds!(());
-    refuse! { (); serialize_i8(i8) serialize_i16(i16) serialize_u8(u8) serialize_u16(u16) serialize_f32(f32) serialize_char(char)
-    serialize_bytes(&[u8]) serialize_none() serialize_unit() serialize_unit_struct(&'static str) }
+    type SerializeTupleStruct = Impossible<(), Unwritten>;
+    type SerializeTupleVariant = Impossible<(), Unwritten>;
+    type SerializeMap = Impossible<(), Unwritten>;
+    type SerializeStructVariant = Impossible<(), Unwritten>;
+
+    refuse! {
+        serialize_i8(i8) -> ();
+        serialize_i16(i16) -> ();
+        serialize_u8(u8) -> ();
+        serialize_u16(u16) -> ();
+        serialize_f32(f32) -> ();
+        serialize_char(char) -> ();
+        serialize_none() -> ();
+        serialize_unit() -> ();
+        serialize_unit_struct(&'static str) -> ();
+        serialize_tuple_struct(&'static str, usize) -> Self::SerializeTupleStruct;
+        serialize_tuple_variant(&'static str, u32, &'static str, usize) -> Self::SerializeTupleVariant;
+        serialize_map(Option<usize>) -> Self::SerializeMap;
+        serialize_struct_variant(&'static str, u32, &'static str, usize) -> Self::SerializeStructVariant;
+    }
+
+    /// So that lists of numbers come as [`write_numbers`](super::wire::write_numbers) has them.
+    fn is_human_readable(&self) -> bool {
+        false
+    }
+
+    /// Only [`write_numbers`](super::wire::write_numbers) has variants with values.
+    fn serialize_newtype_variant<T: ?Sized + Serialize>(
+        self,
+        _: &'static str,
+        columns: u32,
+        _: &'static str,
+        rows: &T,
+    ) -> Result<(), Unwritten> {
+        self.columns = columns as usize;
+        rows.serialize(self)
+    }
+
+    fn serialize_bytes(self, rows: &[u8]) -> Result<(), Unwritten> {
+        let values = bytemuck::try_cast_slice(rows).or_else(|_| other())?;
+        self.numbers(Numbers { columns: self.columns, values })
+    }
 
     fn serialize_bool(self, value: bool) -> Result<(), Unwritten> {
         self.json(&value)
@@ -287,18 +287,6 @@ impl<'a, 'b> ser::Serializer for &'a mut Writer<'b> {
     fn serialize_seq(self, _: Option<usize>) -> Result<List<'a, 'b>, Unwritten> {
         self.text(b"[")?;
         Ok(List { writer: self, first: true })
-    }
-
-    /// Every list comes here whole; its first entry says what it is of.
-    fn collect_seq<I: IntoIterator<Item: Serialize>>(self, entries: I) -> Result<(), Unwritten> {
-        let mut entries = entries.into_iter();
-        let Some(first) = entries.next() else { return self.text(b"[]") };
-        if let Some(row) = Row::of(&first) {
-            return self.numbers(row, entries.map(|entry| Row::of(&entry)));
-        }
-        let mut list = self.serialize_seq(None)?;
-        std::iter::once(first).chain(entries).try_for_each(|entry| SerializeSeq::serialize_element(&mut list, &entry))?;
-        SerializeSeq::end(list)
     }
 
     fn serialize_tuple(self, length: usize) -> Result<List<'a, 'b>, Unwritten> {

@@ -69,7 +69,8 @@ impl Beta {
     /// degree-1 factors of non-negative numbers, so that nothing cancels.
     fn column(&self, order: usize, k: usize) -> Vec<f64> {
         let binomial = binomials(order);
-        let mut product = vec![1.0];
+        let mut product = vec![0.0; order + 1];
+        product[0] = 1.0;
         for m in 0..order {
             let (low, high) = if m < order - k {
                 self.factor(m, m)
@@ -77,12 +78,10 @@ impl Beta {
                 let (near, far) = self.factor(m - (order - k), m);
                 (far, near)
             };
-            let mut next = vec![0.0; product.len() + 1];
-            for (i, c) in product.iter().enumerate() {
-                next[i] += c * low;
-                next[i + 1] += c * high;
+            for i in (1..=m + 1).rev() {
+                product[i] = product[i] * low + product[i - 1] * high;
             }
-            product = next;
+            product[0] *= low;
         }
         product.iter().zip(binomial).map(|(c, b)| c * binomial[k] / b).collect()
     }

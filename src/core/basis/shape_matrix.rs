@@ -33,6 +33,11 @@ pub struct Properties {
     pub tangent_to_end_edges: bool,
 }
 
+/// Whether a row is that of the identity whose 1 is here.
+fn is_unit(row: &[f64], at: usize) -> bool {
+    row.iter().enumerate().all(|(j, &m)| m == f64::from(j == at))
+}
+
 impl ShapeMatrix {
     /// From a function of row and column.
     pub fn from_fn(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
@@ -112,10 +117,14 @@ impl ShapeMatrix {
         values[0] / values[values.len() - 1]
     }
 
+    /// Whether control points are Bezier points.
+    pub fn is_identity(&self) -> bool {
+        self.degree() == self.order() && self.rows().enumerate().all(|(i, row)| is_unit(row, i))
+    }
+
     /// Whether first and last row are unit rows, so that segments sharing an end point meet there.
     pub fn interpolates_end_points(&self) -> bool {
-        let unit = |row: &[f64], at: usize| row.iter().enumerate().all(|(j, &m)| m == f64::from(j == at));
-        unit(self.row(0), 0) && unit(self.row(self.degree()), self.order())
+        is_unit(self.row(0), 0) && is_unit(self.row(self.degree()), self.order())
     }
 
     /// Measures every property of Chen 2013 Propositions 1 to 7. Equalities hold to 1e-12.

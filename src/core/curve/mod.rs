@@ -10,7 +10,10 @@ pub use composite::{Composite, Evaluator};
 pub use piecewise::{Bases, Piecewise};
 pub use single::Single;
 
+use bytemuck::TransparentWrapper;
+
 use super::error::{Error, Fault, at_least, at_most};
+use super::lanes::are_finite;
 use super::limits;
 use super::point::Point;
 
@@ -75,8 +78,8 @@ pub(crate) fn within_degrees(what: &'static str, value: usize) -> Result<(), Fau
 
 /// Checks that every coordinate is finite.
 pub(crate) fn finite_points<const D: usize>(points: &[Point<D>]) -> Result<(), Error> {
-    // All at once, as wide registers look, before the search for the one to name.
-    if points.iter().fold(true, |all, p| all & p.0.iter().fold(true, |all, x| all & x.is_finite())) {
+    // All at once before the search for the one to name.
+    if are_finite(Point::peel_slice(points).as_flattened()) {
         return Ok(());
     }
     match points.iter().position(|p| !p.is_finite()) {

@@ -73,14 +73,15 @@ impl<const D: usize> Trials<D> {
         let is_valley = |&k: &usize| (k == 0 || errors[k] <= errors[k - 1]) && (k == GRID || errors[k] < errors[k + 1]);
         let mut valleys: Vec<usize> = (0..=GRID).filter(is_valley).collect();
         valleys.sort_by(|&a, &b| errors[a].total_cmp(&errors[b]));
+        let rounding = rounding(self.reduced.norm(), &self.polygon);
         let mut best = (0.0, errors[0]);
         for &k in valleys.iter().take(VALLEYS) {
             let refined = self.polish(self.golden_section(node(k.saturating_sub(1)), node((k + 1).min(GRID)))?)?;
-            for tau in [node(k), refined] {
-                let error = self.error(tau)?;
-                if error < best.1 {
-                    best = (tau, error);
-                }
+            let error = self.error(refined)?;
+            // Within rounding the node is as good, and may be a bound.
+            let better = if error + rounding < errors[k] { (refined, error) } else { (node(k), errors[k]) };
+            if better.1 < best.1 {
+                best = better;
             }
         }
         Ok(best.0)

@@ -112,12 +112,13 @@ pub(super) fn solve_for_control_points<const D: usize>(
     matrix: &ShapeMatrix,
     fixed: Option<(Point<D>, Point<D>)>,
 ) -> Result<Vec<Point<D>>, Unsolved> {
-    let order = matrix.order();
+    let (order, is_identity) = (matrix.order(), matrix.is_identity());
     let unknown = if fixed.is_some() { order - 1 } else { order + 1 };
     let mut problem = LeastSquares::dense(unknown);
     for block in blocks {
         work::checkpoint()?;
-        let mut block = Block { columns: control_columns(&block.columns, matrix), right: block.right };
+        let columns = if is_identity { block.columns } else { control_columns(&block.columns, matrix) };
+        let mut block = Block { columns, right: block.right };
         if let Some((first, last)) = fixed {
             block.settle(0, first);
             block.settle(order - 1, last);

@@ -1,8 +1,8 @@
 //! Points, partial derivatives, normals and curvatures of a surface.
 
 use super::{Direction, Patch, Surface};
-use crate::core::continuity::derivative_size;
 use crate::core::error::{At, Error, Fault, at_least, at_most};
+use crate::core::gaps::derivative_size;
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::work::{self, Pace};

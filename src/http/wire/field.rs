@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 
+use bytemuck::TransparentWrapper;
 use serde::de::{DeserializeOwned, DeserializeSeed, Error as _, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -30,6 +31,19 @@ pub trait Field: DeserializeOwned + Serialize {
     /// Whatever is not one.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Self::deserialize(deserializer)
+    }
+
+    /// Writes one; lists of numbers at once, where the format can take them so.
+    ///
+    /// # Errors
+    /// The format's.
+    fn write<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.serialize(serializer)
+    }
+
+    /// A list of such values as numbers, if they are: how many columns (0 for plain numbers), and row after row.
+    fn numbers(_list: &[Self]) -> Option<(usize, &[f64])> {
+        None
     }
 
     /// Such values as rows of raw numbers, where a request may have them: those beginning at `start`.
@@ -66,9 +80,47 @@ pub fn read_value<'de, T: Field, A: MapAccess<'de>>(map: &mut A) -> Result<T, A:
     map.next_value_seed(Reader(PhantomData))
 }
 
+/// Writes the value of a field.
+///
+/// # Errors
+/// The format's.
+pub fn write_field<T: Field, S: Serializer>(field: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
+    match field {
+        Some(value) => value.write(serializer),
+        None => serializer.serialize_none(),
+    }
+}
+
+/// A value written as a field is.
+struct Written<'a, T>(&'a T);
+
+impl<T: Field> Serialize for Written<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.write(serializer)
+    }
+}
+
+/// Numbers row after row, for a format that is not read by people: the bytes of all, under the number of columns.
+///
+/// # Errors
+/// The format's.
+pub fn write_numbers<S: Serializer>(columns: usize, numbers: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    struct Bytes<'a>(&'a [f64]);
+    impl Serialize for Bytes<'_> {
+        fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            serializer.serialize_bytes(bytemuck::cast_slice(self.0))
+        }
+    }
+    serializer.serialize_newtype_variant("Numbers", columns as u32, "rows", &Bytes(numbers))
+}
+
 impl Field for f64 {
     fn schema() -> RefOr<Schema> {
         number().into()
+    }
+
+    fn numbers(list: &[f64]) -> Option<(usize, &[f64])> {
+        Some((0, list))
     }
 
     fn from_raw(rows: raw::Rows) -> Option<Vec<f64>> {
@@ -130,6 +182,13 @@ impl<T: Field> Field for Vec<T> {
             }
         }
         raw::deserialize_list(deserializer, List(PhantomData))
+    }
+
+    fn write<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match T::numbers(self) {
+            Some((columns, numbers)) if !serializer.is_human_readable() => write_numbers(columns, numbers, serializer),
+            _ => serializer.collect_seq(self.iter().map(Written)),
+        }
     }
 }
 
@@ -201,7 +260,8 @@ impl Field for Whole {
 }
 
 /// Exactly `N` values of one kind, as an array.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, TransparentWrapper)]
+#[repr(transparent)]
 pub struct Tuple<T, const N: usize>(pub [T; N]);
 
 impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Tuple<T, N> {
@@ -224,6 +284,11 @@ impl<T: Serialize, const N: usize> Serialize for Tuple<T, N> {
 impl<T: Field, const N: usize> Field for Tuple<T, N> {
     fn schema() -> RefOr<Schema> {
         list::<T>(N, N).into()
+    }
+
+    fn numbers(list: &[Self]) -> Option<(usize, &[f64])> {
+        let (columns, numbers) = T::numbers(Self::peel_slice(list).as_flattened())?;
+        (columns == 0).then_some((N, numbers))
     }
 
     fn collect(components: &mut Components) {

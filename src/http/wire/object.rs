@@ -121,7 +121,10 @@ macro_rules! object_type {
     ($(#[doc = $doc:literal])* $name:ident { $($(#[doc = $fdoc:literal])* $field:ident: $type:ty),* }) => {
         $(#[doc = $doc])*
         #[derive(Debug, Clone, Default, serde::Serialize)]
-        pub struct $name { $($(#[doc = $fdoc])* #[serde(skip_serializing_if = "Option::is_none")] pub $field: Option<$type>),* }
+        pub struct $name {
+            $($(#[doc = $fdoc])* #[serde(skip_serializing_if = "Option::is_none", serialize_with = "crate::http::wire::write_field")]
+            pub $field: Option<$type>),*
+        }
 
         impl<'de> serde::Deserialize<'de> for $name {
             fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

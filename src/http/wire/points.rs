@@ -2,12 +2,13 @@
 
 use std::fmt;
 
+use bytemuck::TransparentWrapper;
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
 
-use super::field::{Components, Field, ITEMS, number, too_long};
+use super::field::{Components, Field, ITEMS, number, too_long, write_numbers};
 use super::raw;
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
@@ -209,7 +210,8 @@ impl Serialize for Points {
         where
             [f64; D]: Serialize,
         {
-            serializer.collect_seq(points.iter().map(|point| &point.0))
+            let rows = Point::peel_slice(points);
+            if serializer.is_human_readable() { rows.serialize(serializer) } else { write_numbers(D, rows.as_flattened(), serializer) }
         }
         match self {
             Points::Plane(points) => all(points, serializer),
