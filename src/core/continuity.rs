@@ -2,7 +2,7 @@
 
 use super::curve::{Composite, Piecewise};
 use super::error::Error;
-use super::gaps::{Gaps, Group, Order, Sides, orders};
+use super::gaps::{FEW, Gaps, Group, Order, Sides, orders};
 use super::knots::Breaks;
 use super::lanes::LANES;
 use super::limits;
@@ -141,13 +141,19 @@ fn measured<'a, const D: usize>(
     let orders = |i: usize| orders(segment(i), breaks.interval(i));
     let (knots, count) = (breaks.as_slice(), breaks.segments());
     let mut joints = Vec::with_capacity(count);
-    let mut group = Group::new();
-    for first in (1..count).step_by(LANES) {
-        work::checkpoint()?;
-        let parameters = &knots[first..count.min(first + LANES)];
-        (0..=parameters.len()).for_each(|l| group.put(l, &orders(first - 1 + l)));
-        let gaps = group.gaps(parameters.len(), tolerance.relative);
-        joints.extend(parameters.iter().zip(gaps).map(|(&parameter, gaps)| Joint::new(parameter, &gaps, tolerance)));
+    let mut add = |parameter: &f64, gaps: Gaps| joints.push(Joint::new(*parameter, &gaps, tolerance));
+    if count <= FEW {
+        let segments: Vec<_> = (0..count).map(orders).collect();
+        let pairs = segments.windows(2).zip(&knots[1..]);
+        pairs.for_each(|(pair, knot)| add(knot, Gaps::new(&pair[0], &pair[1], tolerance.relative, Point::norm)));
+    } else {
+        let mut group = Group::new();
+        for first in (1..count).step_by(LANES) {
+            work::checkpoint()?;
+            let inner = &knots[first..count.min(first + LANES)];
+            (0..=inner.len()).for_each(|l| group.put(l, &orders(first - 1 + l)));
+            inner.iter().zip(group.gaps(inner.len(), tolerance.relative)).for_each(|(knot, gaps)| add(knot, gaps));
+        }
     }
     if closed {
         let seam = Gaps::new(&orders(count - 1), &orders(0), tolerance.relative, Point::norm);

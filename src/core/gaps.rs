@@ -165,8 +165,8 @@ struct Columns<const D: usize> {
 
 type Column = [f64; LANES + 1];
 
-/// Fewer joints are faster one at a time.
-const FEW: usize = 6;
+/// As many segments are faster one at a time.
+pub(super) const FEW: usize = 8;
 
 impl<const D: usize> Columns<D> {
     const ZERO: Self = Columns {
@@ -213,14 +213,10 @@ impl<const D: usize> Group<D> {
 
     /// The gaps between the first segments and those after them, with the bits of one joint at a time.
     pub(super) fn gaps(&mut self, count: usize, tolerance: f64) -> impl Iterator<Item = Gaps> {
-        let alone = move |group: &Self, l: usize| Gaps::new(&group.get(l), &group.get(l + 1), tolerance, Point::norm);
-        if count >= FEW {
-            fill(self, count.next_multiple_of(8), tolerance);
-        }
-        let group = &*self;
+        fill(self, count.next_multiple_of(8), tolerance);
         (0..count).map(move |l| {
-            let gaps = group.gaps_at(l);
-            if count >= FEW && gaps.are_numbers() { gaps } else { alone(group, l) }
+            let gaps = self.gaps_at(l);
+            if gaps.are_numbers() { gaps } else { Gaps::new(&self.get(l), &self.get(l + 1), tolerance, Point::norm) }
         })
     }
 
@@ -299,7 +295,7 @@ mod tests {
             let segment =
                 |i: usize| orders(&[point(3 * i), point(3 * i + 1), point(3 * i + 2), point(3 * i + 3)], (i as f64, i as f64 + 1.0));
             let segments: Vec<_> = (0..=LANES).map(segment).collect();
-            for count in [1, FEW, 9, LANES] {
+            for count in [1, 8, 9, LANES] {
                 let mut group = Group::<3>::new();
                 segments.iter().take(count + 1).enumerate().for_each(|(l, orders)| group.put(l, orders));
                 let together: Vec<_> = group.gaps(count, 1e-9).collect();
