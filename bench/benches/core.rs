@@ -305,7 +305,7 @@ fn bands(count: usize) {
     group(
         &format!("least squares of {count} rows within a band of 4, ns a row"),
         count,
-        vec![("measure: one pass of normal equations", Box::new(normal)), ("springline, by rotations", Box::new(ours))],
+        vec![("measure: one pass of normal equations", Box::new(normal)), ("springline, by reflections", Box::new(ours))],
     );
 }
 

@@ -83,7 +83,8 @@ impl Beta {
             }
             product[0] *= low;
         }
-        product.iter().zip(binomial).map(|(c, b)| c * binomial[k] / b).collect()
+        product.iter_mut().zip(binomial).for_each(|(c, b)| *c = *c * binomial[k] / b);
+        product
     }
 }
 

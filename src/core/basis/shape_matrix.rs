@@ -41,7 +41,10 @@ fn is_unit(row: &[f64], at: usize) -> bool {
 impl ShapeMatrix {
     /// From a function of row and column.
     pub fn from_fn(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
-        let entries = (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
+        let mut entries = Vec::with_capacity(rows * columns);
+        for i in 0..rows {
+            entries.extend((0..columns).map(|j| entry(i, j)));
+        }
         ShapeMatrix { columns, entries }
     }
 

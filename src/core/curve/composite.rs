@@ -166,7 +166,7 @@ impl<const D: usize> Evaluator<'_, D> {
     /// [`Fault::Cancelled`].
     pub fn sample(&self, parameters: &[f64]) -> Result<Vec<Point<D>>, Error> {
         let mut points = Vec::with_capacity(parameters.len());
-        let (mut lanes, mut segment) = (Lanes::new(), 0);
+        let (mut lanes, mut segment) = (None, 0);
         for part in parameters.chunks(LANES) {
             work::checkpoint()?;
             let mut rest = part;
@@ -181,11 +181,12 @@ impl<const D: usize> Evaluator<'_, D> {
     }
 
     /// Appends the points at up to [`LANES`] parameters of one segment.
-    fn extend(&self, points: &mut Vec<Point<D>>, lanes: &mut Lanes<D>, segment: usize, parameters: &[f64]) {
+    fn extend(&self, points: &mut Vec<Point<D>>, lanes: &mut Option<Lanes<D>>, segment: usize, parameters: &[f64]) {
         if parameters.len() < FEW {
             let local = parameters.iter().map(|&t| self.breaks.local(segment, t));
             return points.extend(local.map(|(u, v)| self.within(segment, u, v)));
         }
+        let lanes = lanes.get_or_insert_with(Lanes::new);
         lanes::extend(points, lanes, self.scaled(segment), self.unit, self.breaks.interval(segment), parameters);
     }
 
@@ -195,7 +196,7 @@ impl<const D: usize> Evaluator<'_, D> {
 }
 
 /// Fewer parameters are faster one at a time.
-const FEW: usize = 8;
+const FEW: usize = 16;
 
 /// The composite of one segment over `[0, length]`.
 pub(crate) fn single_segment<const D: usize>(length: f64, bezier: Vec<Point<D>>) -> Result<Composite<D>, Error> {
