@@ -76,7 +76,7 @@ impl<const D: usize> Sides<D> {
 }
 
 /// How far apart two things are, and how far they may be.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Gap {
     pub(super) size: f64,
     pub(super) allowed: f64,
@@ -90,7 +90,7 @@ impl Gap {
 }
 
 /// All that is measured at a joint, and nothing decided yet.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Gaps {
     pub(super) position: Gap,
     pub(super) first: Gap,

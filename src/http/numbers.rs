@@ -75,7 +75,7 @@ impl Numbers<'_> {
                 let cancel = &cancel;
                 let spawned = thread::Builder::new().spawn_scoped(scope, move || {
                     own.write_all(b",")?;
-                    work::run(cancel, || Scribe::new().write(part, shape, &mut own)).map(|()| own.finish())
+                    work::run(cancel, || Scribe::default().write(part, shape, &mut own)).map(|()| own.finish())
                 });
                 others.push(spawned.map_err(|_| io::Error::other(Stopped::NoRoom))?);
             }
@@ -102,11 +102,6 @@ impl Default for Scribe {
 }
 
 impl Scribe {
-    /// With nothing to write yet.
-    pub fn new() -> Self {
-        Scribe { texts: std::array::from_fn(|_| zmij::Buffer::new()), line: Line::new(), rounded: Vec::new() }
-    }
-
     /// Whole rows, separated by commas.
     fn write(&mut self, numbers: Numbers, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
         paper.expect(numbers.values.len() * DIGITS)?;
@@ -193,7 +188,7 @@ mod tests {
     fn written(columns: usize, values: &[f64], shape: Shape, hands: usize) -> Vec<u8> {
         let budget = Budget::new(1 << 30, std::sync::Arc::default());
         let mut paper = Paper::new(&budget).with_hands(hands);
-        Numbers { columns, values }.write_json(shape, &mut Scribe::new(), &mut paper).unwrap();
+        Numbers { columns, values }.write_json(shape, &mut Scribe::default(), &mut paper).unwrap();
         paper.finish().concat()
     }
 
@@ -218,7 +213,7 @@ mod tests {
         for (precision, value) in [(Precision::Full, f64::INFINITY), (Precision::Full, f64::NAN), (Precision::Single, 1e39)] {
             let numbers = Numbers { columns: 2, values: &[1.0, value] };
             assert!(numbers.write_raw(precision, &mut paper).is_err());
-            assert!(numbers.write_json(Shape { precision, ..Shape::default() }, &mut Scribe::new(), &mut paper).is_err());
+            assert!(numbers.write_json(Shape { precision, ..Shape::default() }, &mut Scribe::default(), &mut paper).is_err());
         }
     }
 
@@ -227,6 +222,6 @@ mod tests {
         let budget = Budget::new(0, std::sync::Arc::default());
         let mut paper = Paper::new(&budget).with_hands(2);
         let numbers = Numbers { columns: 3, values: &values(300_000) };
-        assert!(numbers.write_json(Shape::default(), &mut Scribe::new(), &mut paper).is_err());
+        assert!(numbers.write_json(Shape::default(), &mut Scribe::default(), &mut paper).is_err());
     }
 }

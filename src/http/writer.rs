@@ -49,7 +49,7 @@ pub(super) fn not_finite() -> Unwritten {
 /// A number that is not finite; the paper ends.
 pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
     let raw = shape.raw.then(|| Raw { header: Vec::new(), data: paper.sibling(), count: 0 });
-    let mut writer = Writer { shape, raw, paper, scribe: Scribe::new(), columns: 0 };
+    let mut writer = Writer { shape, raw, paper, scribe: Scribe::default(), columns: 0 };
     answer.serialize(&mut writer)?;
     writer.finish()
 }
