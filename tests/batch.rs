@@ -6,7 +6,6 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::process::Stdio;
 use std::thread;
-use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use support::*;
@@ -81,7 +80,6 @@ fn a_batch_has_the_answers_of_single_requests_in_order() {
 fn lines_are_answered_while_the_batch_is_sent() {
     let server = Server::start();
     let mut stream = TcpStream::connect(&server.address).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
     stream
         .write_all(b"POST /v1/batch HTTP/1.1\r\nhost: t\r\ncontent-type: application/x-ndjson\r\ntransfer-encoding: chunked\r\n\r\n")
         .unwrap();
@@ -106,7 +104,6 @@ fn a_client_that_stops_reading_stops_the_work_and_memory_stays_bounded() {
     let curve = json!({"family": "bezier", "control_points": [[0, 0], [1, 3], [4, 3], [5, 0]]});
     let text = line("a", "/v1/evaluate", &json!({"curve": curve, "sampling": {"kind": "count", "count": 500}}));
     let mut stream = TcpStream::connect(&server.address).unwrap();
-    stream.set_write_timeout(Some(Duration::from_secs(8))).unwrap();
     stream
         .write_all(b"POST /v1/batch HTTP/1.1\r\nhost: t\r\ncontent-type: application/x-ndjson\r\ntransfer-encoding: chunked\r\n\r\n")
         .unwrap();
@@ -115,14 +112,8 @@ fn a_client_that_stops_reading_stops_the_work_and_memory_stays_bounded() {
     // 200,000 lines and gigabytes of answers, if they were taken; the service stops reading long before.
     let sent = (0..100).take_while(|_| stream.write_all(chunk.as_bytes()).is_ok()).count();
     assert!(sent < 100, "everything was taken from a client that reads nothing");
-    let wanted =
-        ["springline_connections_closed_total{reason=\"answer\"} 1", "springline_held_bytes 0\n", "springline_computations_running 0\n"];
-    let (start, mut text) = (Instant::now(), String::new());
-    while !wanted.iter().all(|line| text.contains(line)) {
-        assert!(start.elapsed() < Duration::from_secs(10), "{text}");
-        thread::sleep(Duration::from_millis(20));
-        text = server.get("/metrics").text();
-    }
+    wait_until(|| server.metric("springline_connections_closed_total{reason=\"answer\"}") == 1.0);
+    wait_until(|| server.metric("springline_held_bytes") == 0.0 && server.metric("springline_computations_running") == 0.0);
 }
 
 #[test]

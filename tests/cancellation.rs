@@ -1,12 +1,11 @@
 //! A computation that nobody waits for any more ends soon, wherever it is: every operation at about its largest input.
 //!
-//! `cargo test --release --test cancellation -- --ignored --nocapture` prints how soon.
+//! Soon is counted in checkpoints, of which there are as many on any machine.
+//! `cargo test --release --test cancellation -- --ignored --nocapture` prints how far apart they are in time.
 
-use std::sync::{OnceLock, mpsc};
-use std::thread;
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
-use axum::response::IntoResponse;
 use springline::core::basis::{Basis, Beta, Bezier};
 use springline::core::basis_functions::basis_functions;
 use springline::core::continuity::{Tolerance, continuity};
@@ -29,7 +28,25 @@ use springline::core::work::{self, Cancel};
 use springline::http;
 
 type P = Point<3>;
-type Run = Box<dyn Fn() -> Result<(), Error> + Send + Sync>;
+type Run = Box<dyn Fn() -> Outcome>;
+
+/// What became of a computation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Done,
+    Refused,
+    Cancelled,
+}
+
+impl<T> From<Result<T, Error>> for Outcome {
+    fn from(result: Result<T, Error>) -> Self {
+        match result {
+            Ok(_) => Outcome::Done,
+            Err(error) if error.fault == Fault::Cancelled => Outcome::Cancelled,
+            Err(_) => Outcome::Refused,
+        }
+    }
+}
 
 /// What is run, and how to prepare it.
 struct Case {
@@ -38,8 +55,8 @@ struct Case {
 }
 
 /// A computation whose result is not looked at.
-fn run<T>(computation: impl Fn() -> Result<T, Error> + Send + Sync + 'static) -> Run {
-    Box::new(move || computation().map(drop))
+fn run<T>(computation: impl Fn() -> Result<T, Error> + 'static) -> Run {
+    Box::new(move || computation().into())
 }
 
 // ---- inputs
@@ -133,12 +150,10 @@ where
     Request: serde::de::DeserializeOwned + 'static,
     Answer: 'static,
 {
-    run(move || {
-        let request = http::json::from_bytes(body.as_bytes()).map_err(|problem| {
-            assert_eq!(problem.into_response().status(), 504);
-            Error::from(Fault::Cancelled)
-        })?;
-        operation(request)
+    Box::new(move || match http::json::from_bytes(body.as_bytes()) {
+        Ok(request) => operation(request).into(),
+        Err(problem) if problem.code() == "deadline" => Outcome::Cancelled,
+        Err(_) => Outcome::Refused,
     })
 }
 
@@ -384,50 +399,95 @@ const CASES: &[Case] = &[
     },
 ];
 
-/// Runs a case on another thread, cancels it after a while, and tells what it returned and how long after.
-fn cancelled(case: &Run, after: Duration) -> (Result<(), Error>, Duration) {
-    let cancel = Cancel::default();
-    let (started, start) = mpsc::channel();
-    thread::scope(|scope| {
-        let inner = cancel.clone();
-        let computation = scope.spawn(move || {
-            started.send(()).unwrap();
-            work::run(&inner, case)
-        });
-        start.recv().unwrap();
-        thread::sleep(after);
-        let at = Instant::now();
-        cancel.cancel();
-        let result = computation.join().unwrap();
-        (result, at.elapsed())
-    })
+// ---- checkpoints
+
+/// A run with its checkpoints counted.
+struct Counted {
+    outcome: Outcome,
+    /// Checkpoints passed in all.
+    passed: usize,
+    whole: Duration,
+    /// The longest way from one checkpoint to the next, and from the last to the end.
+    longest: Duration,
+    /// From the checkpoint that told it to end.
+    rest: Duration,
 }
 
-/// Generous, as tests run unoptimised and side by side: uncancelled, the cases take up to minutes.
-const SOON: Duration = Duration::from_secs(2);
+/// Runs a case that is cancelled at this checkpoint, counted from 1; at none if it has not so many.
+fn cancelled_at(case: &Run, checkpoint: usize) -> Counted {
+    let passages = Arc::new(Mutex::new(Passages { passed: 0, last: Instant::now(), longest: Duration::ZERO, told: None }));
+    let watched = passages.clone();
+    let cancel = Cancel::when(move || watched.lock().unwrap().pass(checkpoint));
+    let started = Instant::now();
+    let outcome = work::run(&cancel, case);
+    let mut passages = passages.lock().unwrap();
+    let passed = passages.passed;
+    passages.pass(checkpoint);
+    let ended = passages.last;
+    let rest = passages.told.map_or(Duration::ZERO, |told| ended - told);
+    Counted { outcome, passed, longest: passages.longest, whole: ended - started, rest }
+}
+
+/// Checkpoints as they are passed.
+struct Passages {
+    passed: usize,
+    last: Instant,
+    longest: Duration,
+    /// When it was told to end.
+    told: Option<Instant>,
+}
+
+impl Passages {
+    /// One more; whether it is this one.
+    fn pass(&mut self, which: usize) -> bool {
+        let before = std::mem::replace(&mut self.last, Instant::now());
+        self.longest = self.longest.max(self.last - before);
+        self.passed += 1;
+        let is_it = self.passed == which;
+        if is_it {
+            self.told = Some(self.last);
+        }
+        is_it
+    }
+}
+
+/// Of the largest cases every one has more checkpoints than this.
+const LEAST: usize = 100;
+/// So many more may follow the one that told a computation to end.
+const FEW: usize = 2;
+/// A drawing cannot fail: it goes on to its end, writing nothing, and asks at every coordinate.
+const DRAWING: usize = 1_000_000;
 
 #[test]
-fn a_cancelled_computation_ends_soon() {
+fn a_cancelled_computation_ends_at_its_next_checkpoints() {
     for case in CASES {
-        let (result, rest) = cancelled(&(case.prepare)(), Duration::from_millis(60));
-        assert_eq!(result.map_err(|error| error.fault), Err(Fault::Cancelled), "{}", case.name);
-        assert!(rest < SOON, "{} went on for {rest:?}", case.name);
+        let computation = (case.prepare)();
+        let most = if case.name.starts_with("render") { DRAWING } else { FEW };
+        for checkpoint in [1, LEAST / 2, 10 * LEAST] {
+            let Counted { outcome, passed, .. } = cancelled_at(&computation, checkpoint);
+            if passed < checkpoint {
+                assert!(outcome != Outcome::Cancelled && passed > LEAST, "{}: {outcome:?} after {passed} checkpoints", case.name);
+            } else {
+                assert_eq!(outcome, Outcome::Cancelled, "{}: at {checkpoint}", case.name);
+                assert!(passed <= checkpoint + most, "{}: went on for {} checkpoints", case.name, passed - checkpoint);
+            }
+        }
     }
 }
 
 #[test]
 #[ignore = "a measurement: run it optimised and alone"]
 fn how_soon_a_cancelled_computation_ends() {
-    const MOMENTS: u32 = 12;
+    const MOMENTS: usize = 12;
+    println!("{:75} {:>11} {:>11} {:>14} {:>11}", "", "whole", "checkpoints", "furthest apart", "cancelled");
     for case in CASES {
         let computation = (case.prepare)();
-        let start = Instant::now();
-        let outcome = if computation().is_ok() { "" } else { " (refused)" };
-        let whole = start.elapsed();
-        // The moments are spread over the whole computation, but not beyond what one can wait for.
-        let span = whole.min(Duration::from_secs(3));
-        let late = |k: u32| cancelled(&computation, span * k / MOMENTS).1;
-        let latest = (0..MOMENTS).map(late).max().unwrap();
-        println!("{:75} {:8.0} ms {:6.1} ms{outcome}", case.name, whole.as_secs_f64() * 1e3, latest.as_secs_f64() * 1e3);
+        let whole = cancelled_at(&computation, usize::MAX);
+        // From the checkpoint that told it to end.
+        let rest = |k: usize| cancelled_at(&computation, (whole.passed * k / MOMENTS).max(1)).rest;
+        let latest = (0..MOMENTS).map(rest).max().unwrap_or_default();
+        let ms = |time: Duration| format!("{:.1} ms", time.as_secs_f64() * 1e3);
+        let refused = if whole.outcome == Outcome::Done { "" } else { " (refused)" };
+        println!("{:75} {:>11} {:>11} {:>14} {:>11}{refused}", case.name, ms(whole.whole), whole.passed, ms(whole.longest), ms(latest));
     }
 }

@@ -43,10 +43,6 @@ impl Server {
     fn process(&self) -> Process {
         Process(self.child.id())
     }
-
-    fn metric(&self, name: &str) -> f64 {
-        metric(&mut Client::open(&self.address).unwrap(), name)
-    }
 }
 
 /// A metric by its name with labels.

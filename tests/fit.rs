@@ -466,6 +466,11 @@ mod both {
 }
 
 mod tolerance {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use springline::core::work::{self, Cancel};
+
     use super::*;
 
     fn run<const D: usize>(
@@ -610,14 +615,23 @@ mod tolerance {
         assert_eq!(no_way_back.place.to_string(), "/solve/basis");
     }
 
+    /// Work is counted in checkpoints.
     #[test]
-    fn many_points_take_little_time() {
-        let count = if cfg!(debug_assertions) { 2_000 } else { 100_000 };
-        let points = wave(count);
-        let start = std::time::Instant::now();
-        let fit = run(Basis::Bezier(Bezier), points, Parameters::ChordLength, Ends::Interpolate, 1e-2).unwrap();
-        println!("{count} points, {} segments, {:?}, minimal {:?}", segments(&fit), start.elapsed(), fit.locally_minimal);
-        assert!(start.elapsed().as_secs() < 20);
+    fn work_is_in_proportion_to_the_points() {
+        let work = |count: usize| {
+            let passed = Arc::new(AtomicUsize::new(0));
+            let counter = passed.clone();
+            let cancel = Cancel::when(move || {
+                counter.fetch_add(1, Ordering::Relaxed);
+                false
+            });
+            let fit = || run(Basis::Bezier(Bezier), wave(count), Parameters::ChordLength, Ends::Interpolate, 1e-2);
+            work::run(&cancel, fit).unwrap();
+            passed.load(Ordering::Relaxed)
+        };
+        let (some, twice) = (work(2_000), work(4_000));
+        println!("{some} checkpoints for 2,000 points, {twice} for 4,000");
+        assert!(twice < 3 * some, "{some}, {twice}");
     }
 }
 

@@ -4,6 +4,7 @@
 //! put to the thread, not passed through every signature: it changes no result, only whether there is one.
 
 use std::cell::RefCell;
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,17 +12,46 @@ use super::error::{Error, Fault};
 
 /// Says from any thread that a computation is no longer wanted.
 #[derive(Debug, Clone, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+pub struct Cancel(Arc<Wish>);
+
+/// Called at every checkpoint; whether to cancel there.
+type Watch = Box<dyn Fn() -> bool + Send + Sync>;
+
+#[derive(Default)]
+struct Wish {
+    cancelled: AtomicBool,
+    watch: Option<Watch>,
+}
+
+impl fmt::Debug for Wish {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.cancelled.fmt(f)
+    }
+}
 
 impl Cancel {
+    /// Cancelled at the first checkpoint where this is true. It is called at every checkpoint, also at those after, so that it can
+    /// count them: where a computation asks does not depend on the machine, when it asks does.
+    pub fn when(watch: impl Fn() -> bool + Send + Sync + 'static) -> Self {
+        Cancel(Arc::new(Wish { cancelled: AtomicBool::new(false), watch: Some(Box::new(watch)) }))
+    }
+
     /// From now on the result is not wanted. Not to be taken back.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
     /// Whether it is not wanted.
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.0.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Whether it is not wanted at this checkpoint.
+    fn ends_here(&self) -> bool {
+        if self.0.watch.as_ref().is_some_and(|watch| watch()) {
+            self.cancel();
+        }
+        self.is_cancelled()
     }
 }
 
@@ -52,7 +82,7 @@ pub fn current() -> Cancel {
 /// # Errors
 /// [`Fault::Cancelled`].
 pub fn checkpoint() -> Result<(), Error> {
-    let cancelled = CURRENT.with_borrow(|current| current.as_ref().is_some_and(Cancel::is_cancelled));
+    let cancelled = CURRENT.with_borrow(|current| current.as_ref().is_some_and(Cancel::ends_here));
     if cancelled { Err(Fault::Cancelled.into()) } else { Ok(()) }
 }
 
@@ -89,6 +119,8 @@ pub fn collect<T>(items: impl IntoIterator<Item = T>) -> Result<Vec<T>, Error> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicUsize;
+
     use super::*;
 
     #[test]
@@ -115,6 +147,16 @@ mod tests {
         });
         assert_eq!(run(&cancel, || collect(steps)), Err(Fault::Cancelled.into()));
         assert!((100..=164).contains(&taken), "{taken}");
+    }
+
+    #[test]
+    fn a_watch_cancels_at_its_checkpoint_and_sees_those_after() {
+        let passed = Arc::new(AtomicUsize::new(0));
+        let counted = passed.clone();
+        let cancel = Cancel::when(move || counted.fetch_add(1, Ordering::Relaxed) == 2);
+        let outcomes = run(&cancel, || [(); 5].map(|()| checkpoint().is_ok()));
+        assert_eq!(outcomes, [true, true, false, false, false]);
+        assert_eq!(passed.load(Ordering::Relaxed), 5);
     }
 
     #[test]

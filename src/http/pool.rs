@@ -122,8 +122,10 @@ impl Pool {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicBool;
     use std::time::Duration;
+
+    use tokio::task::yield_now;
+    use tokio::time;
 
     use super::*;
 
@@ -131,57 +133,63 @@ mod tests {
         Pool::start(workers, queue, Arc::default()).unwrap()
     }
 
-    fn soon(milliseconds: u64) -> Instant {
-        Instant::now() + Duration::from_millis(milliseconds)
+    fn in_an_hour() -> Instant {
+        Instant::now() + Duration::from_secs(3_600)
     }
 
     /// Runs until it is cancelled; says that it has started.
-    fn endless(started: Arc<AtomicBool>) -> impl FnOnce() + Send {
-        move || {
-            started.store(true, Ordering::SeqCst);
+    fn endless() -> (oneshot::Receiver<()>, impl FnOnce() + Send) {
+        let (says, started) = oneshot::channel();
+        let job = move || {
+            says.send(()).unwrap();
             while work::checkpoint().is_ok() {
-                std::thread::sleep(Duration::from_millis(1));
+                std::thread::yield_now();
             }
+        };
+        (started, job)
+    }
+
+    async fn until_free(pool: &Pool) {
+        while pool.idle() < pool.workers() {
+            yield_now().await;
         }
     }
 
-    async fn until(what: impl Fn() -> bool) {
-        while !what() {
-            tokio::time::sleep(Duration::from_millis(1)).await;
-        }
-    }
-
-    #[tokio::test]
+    /// The clock stands still until nothing but time can go on: an hour is over at once.
+    #[tokio::test(start_paused = true)]
     async fn the_deadline_frees_the_thread() {
         let pool = pool(1, 0);
-        assert_eq!(pool.run(soon(20), endless(Arc::default())).await, Err(Failure::Deadline));
-        until(|| pool.has_room()).await;
-        assert_eq!(pool.run(soon(10_000), || 7).await, Ok(7));
+        let (_started, job) = endless();
+        assert_eq!(pool.run(in_an_hour(), job).await, Err(Failure::Deadline));
+        until_free(&pool).await;
+        time::resume();
+        assert_eq!(pool.run(in_an_hour(), || 7).await, Ok(7));
     }
 
     #[tokio::test]
     async fn a_client_that_leaves_frees_the_thread() {
         let pool = pool(1, 0);
-        let started = Arc::new(AtomicBool::new(false));
-        let run = pool.run(soon(60_000), endless(started.clone()));
+        let (started, job) = endless();
         tokio::select! {
-            _ = run => panic!("it has no end"),
-            () = until(|| started.load(Ordering::SeqCst)) => {}
+            _ = pool.run(in_an_hour(), job) => panic!("it has no end"),
+            started = started => started.unwrap(),
         }
-        until(|| pool.has_room()).await;
+        until_free(&pool).await;
     }
 
     #[tokio::test]
     async fn beyond_the_queue_is_refused_and_the_queue_is_served() {
         let pool = Arc::new(pool(1, 1));
-        let started = Arc::new(AtomicBool::new(false));
-        let (first, flag) = (pool.clone(), started.clone());
-        let running = tokio::spawn(async move { first.run(soon(60_000), endless(flag)).await });
-        until(|| started.load(Ordering::SeqCst)).await;
+        let (started, job) = endless();
+        let first = pool.clone();
+        let running = tokio::spawn(async move { first.run(in_an_hour(), job).await });
+        started.await.unwrap();
         let second = pool.clone();
-        let waiting = tokio::spawn(async move { second.run(soon(60_000), || 2).await });
-        until(|| !pool.has_room()).await;
-        assert_eq!(pool.run(soon(60_000), || 3).await, Err(Failure::Full));
+        let waiting = tokio::spawn(async move { second.run(in_an_hour(), || 2).await });
+        while pool.has_room() {
+            yield_now().await;
+        }
+        assert_eq!(pool.run(in_an_hour(), || 3).await, Err(Failure::Full));
         running.abort();
         assert_eq!(waiting.await.unwrap(), Ok(2));
     }
@@ -189,7 +197,8 @@ mod tests {
     #[tokio::test]
     async fn a_panic_is_a_failure_and_costs_no_thread() {
         let pool = pool(1, 0);
-        assert_eq!(pool.run(soon(10_000), || panic!("on purpose")).await, Err::<(), _>(Failure::Panicked));
-        assert_eq!(pool.run(soon(10_000), || 7).await, Ok(7));
+        assert_eq!(pool.run(in_an_hour(), || panic!("on purpose")).await, Err::<(), _>(Failure::Panicked));
+        until_free(&pool).await;
+        assert_eq!(pool.run(in_an_hour(), || 7).await, Ok(7));
     }
 }

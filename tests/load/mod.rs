@@ -36,7 +36,6 @@ impl Client {
     pub fn open(address: &str) -> io::Result<Self> {
         let stream = TcpStream::connect(address)?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(Duration::from_secs(120)))?;
         Ok(Client(BufReader::with_capacity(64 * 1024, stream)))
     }
 

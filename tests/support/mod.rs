@@ -3,11 +3,10 @@
 
 pub mod mutate;
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, PipeReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::Mutex;
 
 use serde_json::{Map, Value};
 use springline::http::OPERATIONS;
@@ -88,7 +87,6 @@ impl Server {
     /// Sends bytes as they are; reads until the server closes.
     pub fn raw(&self, request: &[u8]) -> Answer {
         let mut stream = TcpStream::connect(&self.address).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
         // The server may answer and close before it has read everything.
         let _ = stream.write_all(request);
         let mut text = Vec::new();
@@ -112,42 +110,60 @@ impl Server {
     }
 
     /// Waits for the process to end.
-    pub fn wait(&mut self, limit: Duration) -> ExitStatus {
-        let start = Instant::now();
-        loop {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                return status;
+    pub fn wait(&mut self) -> ExitStatus {
+        self.child.wait().unwrap()
+    }
+
+    /// A metric by its name with labels. Asks again where the service closes the connection, as it may be set to do before a slow
+    /// machine has asked.
+    pub fn metric(&self, name: &str) -> f64 {
+        let request = b"GET /metrics HTTP/1.1\r\nhost: test\r\nconnection: close\r\n\r\n";
+        let text = loop {
+            let mut stream = TcpStream::connect(&self.address).unwrap();
+            let mut text = String::new();
+            let heard = stream.write_all(request).and_then(|()| stream.read_to_string(&mut text));
+            if heard.is_ok() && text.contains("# EOF") {
+                break text;
             }
-            assert!(start.elapsed() < limit, "still running after {limit:?}");
-            std::thread::sleep(Duration::from_millis(10));
-        }
+        };
+        let value = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
+        value.map_or(0.0, |value| value.parse().unwrap())
+    }
+}
+
+/// Waits for what must come about: without a limit, as a machine may be slow.
+pub fn wait_until(mut holds: impl FnMut() -> bool) {
+    while !holds() {
+        std::thread::yield_now();
     }
 }
 
 /// What a process writes to its log.
-pub struct Log(std::path::PathBuf);
+pub struct Log(Mutex<(BufReader<PipeReader>, Vec<String>)>);
 
 impl Log {
-    /// Collects the standard error of a command, in a file of its own.
+    /// Collects the standard error of a command.
     pub fn of(command: &mut Command) -> Self {
-        static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let name = format!("log-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-        let path = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-        command.stderr(std::fs::File::create(&path).unwrap());
-        Log(path)
+        let (reader, writer) = std::io::pipe().unwrap();
+        command.stderr(writer);
+        Log(Mutex::new((BufReader::new(reader), Vec::new())))
     }
 
-    /// The first line with this text, when it comes.
+    /// The first line with this text, when it comes. The command must be dropped by then, or its end of the log stays open.
     pub fn wait_for(&self, text: &str) -> String {
-        let start = Instant::now();
-        loop {
-            let log = std::fs::read_to_string(&self.0).unwrap();
-            if let Some(line) = log.lines().find(|line| line.contains(text)) {
-                return line.to_owned();
+        let mut log = self.0.lock().unwrap();
+        let (reader, lines) = &mut *log;
+        let known = lines.iter().find(|line| line.contains(text)).cloned();
+        known.unwrap_or_else(|| {
+            loop {
+                let mut line = String::new();
+                assert!(reader.read_line(&mut line).unwrap() > 0, "no {text} in {lines:#?}");
+                lines.push(line.clone());
+                if line.contains(text) {
+                    return line;
+                }
             }
-            assert!(start.elapsed() < Duration::from_secs(10), "no {text} in {log}");
-            std::thread::sleep(Duration::from_millis(10));
-        }
+        })
     }
 }
 
