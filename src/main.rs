@@ -2,62 +2,70 @@
 
 use std::error::Error;
 use std::ffi::OsString;
-use std::io::{BufReader, BufWriter, Write, stdin, stdout};
+use std::io::{self, Write, stdout};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ArgMatches, Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use springline::config::{self, Config};
 use springline::server::{Server, Signals};
-use springline::{healthcheck, http, logs, offline};
+use springline::{commands, healthcheck, http, logs};
 
 /// Requests allocate on one thread and free on another, and answers come in sheets of 256 KiB, which the system's allocator would take from
 /// the system and give back each time.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-/// Curves with shape parameters, over HTTP
+/// Curves with shape parameters, over HTTP and on the command line
 #[derive(Parser)]
-#[command(version)]
+#[command(version, after_help = AFTER)]
 struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<Chosen>,
     #[command(flatten)]
     config: Config,
 }
 
+const AFTER: &str = "\
+An operation reads a request from a file or from standard input and prints the answer: \
+`springline help evaluate` has an example.
+Exit code: 0 done, 1 refused or failed, 2 a wrong command line or a file that cannot be read.";
+
+/// The operations, which are not here, come from the table of operations.
 #[derive(Subcommand)]
-enum Command {
+enum Chosen {
     /// Serve (the default)
     Serve,
     /// Print the OpenAPI specification
     Openapi,
     /// Print the effective settings, as a file that would set them
     Config,
-    /// Answer a batch: lines of JSON from standard input to standard output
-    Batch,
-    /// Any operation by its name (evaluate, surfaces/evaluate, ...): a request from standard input, its answer to standard output
-    #[command(external_subcommand)]
-    Operation(Vec<OsString>),
     /// Ask the service on the configured address whether it is alive
     Healthcheck,
+    /// Answer many operations, one a line
+    ///
+    /// Reads lines of JSON, {"id": ..., "op": "evaluate", "body": {...}}, and prints a line for each, in the same order, as soon as it can:
+    /// {"line": 1, "id": ..., "answer": {...}}, or "problem" in place of "answer". A summary follows on standard error.
+    Batch(commands::Batch),
 }
 
 fn main() -> ExitCode {
-    let Cli { command, config } = command_line();
+    let matches = command_line();
+    if let Some(code) = commands::run(&matches) {
+        return code;
+    }
+    let Cli { command, config } = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let result = match command {
-        None | Some(Command::Serve) => serve(config),
-        Some(Command::Openapi) => print_openapi(),
-        Some(Command::Config) => {
-            print!("{}", config.to_toml());
-            Ok(())
-        }
-        Some(Command::Batch) => batch().map_err(Into::into),
-        Some(Command::Operation(words)) => operation(&words).map_err(Into::into),
-        Some(Command::Healthcheck) => healthcheck::check(&config).map_err(Into::into),
+        None | Some(Chosen::Serve) => serve(config),
+        Some(Chosen::Openapi) => print_openapi(),
+        Some(Chosen::Config) => stdout().write_all(config.to_toml().as_bytes()).map_err(Into::into),
+        Some(Chosen::Batch(options)) => return commands::batch(&options),
+        Some(Chosen::Healthcheck) => healthcheck::check(&config).map_err(Into::into),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads what is printed has seen enough.
+        Err(error) if error.downcast_ref().is_some_and(|error: &io::Error| error.kind() == io::ErrorKind::BrokenPipe) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("springline: {error}");
             ExitCode::FAILURE
@@ -65,17 +73,30 @@ fn main() -> ExitCode {
     }
 }
 
+/// Commands and settings; what computes here without a server does not show the settings of the server.
+fn program() -> Command {
+    let settings = Config::augment_args(Command::new("settings"));
+    let hidden: Vec<_> = settings.get_arguments().map(|setting| setting.clone().hide(true)).collect();
+    let without = |command: Command| command.args(&hidden);
+    let operations = commands::commands().into_iter().map(without);
+    Cli::command().mut_subcommand("batch", without).mut_subcommand("openapi", without).subcommands(operations)
+}
+
 /// Flags, variables, the file: where one is wrong, the process ends here and says which.
-fn command_line() -> Cli {
+fn command_line() -> ArgMatches {
     let given: Vec<OsString> = std::env::args_os().collect();
-    let matches = Cli::command().get_matches_from(&given);
+    let program = program();
+    let matches = program.clone().get_matches_from(&given);
     let from_file = config::flags_of_file(&matches).unwrap_or_else(|error| {
         eprintln!("springline: {error}");
         std::process::exit(2)
     });
-    let (program, rest) = given.split_at(given.len().min(1));
-    let all = program.iter().cloned().chain(from_file).chain(rest.iter().cloned());
-    Cli::from_arg_matches(&Cli::command().get_matches_from(all)).unwrap_or_else(|error| error.exit())
+    if from_file.is_empty() {
+        return matches;
+    }
+    let (name, rest) = given.split_at(given.len().min(1));
+    let all = name.iter().cloned().chain(from_file).chain(rest.iter().cloned());
+    program.get_matches_from(all)
 }
 
 fn serve(config: Config) -> Result<(), Box<dyn Error>> {
@@ -95,20 +116,6 @@ fn serve(config: Config) -> Result<(), Box<dyn Error>> {
     });
     runtime.shutdown_timeout(Duration::ZERO);
     result
-}
-
-/// Standard input, if it is a file, has a size.
-fn batch() -> std::io::Result<()> {
-    let total = std::fs::metadata("/dev/stdin").ok().filter(std::fs::Metadata::is_file).map(|file| file.len());
-    let input = BufReader::with_capacity(1 << 20, stdin().lock());
-    offline::batch(input, BufWriter::with_capacity(1 << 20, stdout().lock()), total)
-}
-
-fn operation(words: &[OsString]) -> Result<(), String> {
-    match words {
-        [name] => offline::operation(&name.to_string_lossy(), stdin().lock(), stdout().lock()),
-        _ => Err("an operation reads its request from standard input and takes nothing after its name".into()),
-    }
 }
 
 fn print_openapi() -> Result<(), Box<dyn Error>> {

@@ -1,84 +1,146 @@
-//! The operations without a server: from standard input to standard output, with the same code and the same bytes.
+//! The operations without a server: from a file or standard input to standard output, with the same code and the same bytes.
 
-use std::io::{self, BufRead, IsTerminal, Read, Write};
+use std::io::{self, Read, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, SyncSender, TryRecvError};
+use std::thread;
 
-use indicatif::{ProgressBar, ProgressStyle};
-use rayon::prelude::*;
+use axum::http::StatusCode;
 
 use crate::core::limits;
 use crate::http::budget::Budget;
+use crate::http::error::Problem;
 use crate::http::json::{MAX_DEPTH, check_depth};
-use crate::http::lines::{Cutter, Part};
-use crate::http::operations::{self, BY_NAME};
-use crate::http::paper::Paper;
+use crate::http::lines::{Cutter, Part, Tally};
+use crate::http::operations::Answer;
+use crate::http::paper::{Paper, Sheets};
 use crate::http::shape::Shape;
 
-/// Bytes read before their lines are computed, over all cores.
-const ROUND: usize = 8 * 1024 * 1024;
+/// Bytes read at once, at most.
+const PIECE: usize = 1 << 20;
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The request is at fault.
+    #[error("{0}")]
+    Refused(Box<Problem>),
+    /// Input or output failed.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+}
+
+impl From<Problem> for Failure {
+    fn from(problem: Problem) -> Self {
+        Failure::Refused(Box::new(problem))
+    }
+}
 
 /// One operation: a request in, its answer out.
 ///
 /// # Errors
-/// The problem, as JSON; an operation that does not exist; input or output that fails.
-pub fn operation(name: &str, mut input: impl Read, mut output: impl Write) -> Result<(), String> {
-    let names = || BY_NAME.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    let answer = operations::named(name).ok_or_else(|| format!("there is no command {name}; the operations are {}", names()))?;
+/// What is wrong with the request; input that fails.
+pub fn operation(answer: Answer, shape: Shape, input: impl Read) -> Result<Sheets, Failure> {
     let mut body = Vec::new();
-    input.by_ref().take(limits::BODY_BYTES as u64 + 1).read_to_end(&mut body).map_err(|error| error.to_string())?;
+    input.take(limits::BODY_BYTES as u64 + 1).read_to_end(&mut body)?;
     if body.len() > limits::BODY_BYTES {
-        return Err(format!("the request exceeds {} bytes; send the data in parts", limits::BODY_BYTES));
+        return Err(too_large("request").into());
     }
+    check_depth(&body, MAX_DEPTH)?;
     let mut paper = Paper::new(&Budget::unlimited());
-    let written = check_depth(&body, MAX_DEPTH).and_then(|()| answer(&body, Shape::default(), &mut paper));
-    written.map_err(|problem| serde_json::to_string_pretty(&problem).unwrap_or_else(|_| problem.to_string()))?;
-    let written = paper.finish().into_iter().try_for_each(|sheet| output.write_all(&sheet));
-    written.and_then(|()| output.write_all(b"\n")).and_then(|()| output.flush()).map_err(|error| error.to_string())
+    answer(&body, shape, &mut paper)?;
+    Ok(paper.finish())
 }
 
-/// A batch: lines in, lines out, in the same order, over all cores, in constant memory. `total` is the size of the input, if known.
+fn too_large(what: &str) -> Problem {
+    let detail = format!("the {what} exceeds {} bytes; send the data in parts", limits::BODY_BYTES);
+    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", detail)
+}
+
+/// The answers to a part, when they are there.
+type Underway = Receiver<(Sheets, Tally)>;
+
+/// A batch: lines in, lines out, in the same order, over all cores, in constant memory. A line is answered as soon as it is read,
+/// whatever comes after it. `on_read` is told of the bytes read.
 ///
 /// # Errors
-/// Input or output that fails.
-pub fn batch(mut input: impl BufRead, mut output: impl Write, total: Option<u64>) -> io::Result<()> {
-    let (budget, bar) = (Budget::unlimited(), bar(total));
-    let mut cutter = Cutter::default();
+/// Input or output that fails. A line that fails has its problem in its place, and is counted.
+pub fn batch(
+    input: impl Read + Send + 'static,
+    mut output: impl Write,
+    shape: Shape,
+    on_read: impl Fn(usize) + Send + 'static,
+) -> io::Result<Tally> {
+    let (send, parts) = mpsc::sync_channel(2 * rayon::current_num_threads());
+    // Not waited for: where the output is closed, it may be reading a terminal.
+    thread::spawn(move || {
+        if let Err(error) = read(input, shape, &send, on_read) {
+            let _ = send.send(Err(error));
+        }
+    });
+    let mut tally = Tally::default();
+    while let Some(underway) = next(&parts, &mut output)? {
+        let Some((sheets, counted)) = next(&underway?, &mut output)? else { continue };
+        sheets.into_iter().try_for_each(|sheet| output.write_all(&sheet))?;
+        tally += counted;
+    }
+    output.flush()?;
+    Ok(tally)
+}
+
+/// What comes next. Before waiting for it, what was written is sent off: whoever sends line by line waits for the answer.
+fn next<T>(receiver: &Receiver<T>, output: &mut impl Write) -> io::Result<Option<T>> {
+    match receiver.try_recv() {
+        Ok(ready) => Ok(Some(ready)),
+        Err(TryRecvError::Disconnected) => Ok(None),
+        Err(TryRecvError::Empty) => output.flush().map(|()| receiver.recv().ok()),
+    }
+}
+
+/// Reads the batch and has its parts computed, until its end or until nobody takes them.
+fn read(mut input: impl Read, shape: Shape, parts: &SyncSender<io::Result<Underway>>, on_read: impl Fn(usize)) -> io::Result<()> {
+    let (budget, mut cutter) = (Budget::unlimited(), Cutter::default());
+    let mut piece = vec![0; PIECE];
+    let hand_out = |part: Part, refusal: Option<Problem>| {
+        let (done, underway) = mpsc::sync_channel(1);
+        let budget = budget.clone();
+        let is_wanted = parts.send(Ok(underway)).is_ok();
+        if is_wanted {
+            rayon::spawn(move || _ = done.send(compute(&part, refusal, shape, &budget)));
+        }
+        is_wanted
+    };
     loop {
-        let mut parts = Vec::new();
-        let (mut read, mut is_end) = (0, false);
-        while read < ROUND && !is_end {
-            let bytes = input.fill_buf()?;
-            is_end = bytes.is_empty();
-            cutter.push(bytes);
-            let count = bytes.len();
-            input.consume(count);
-            read += count;
-            parts.extend(std::iter::from_fn(|| cutter.part()));
+        let count = match input.read(&mut piece) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            read => read?,
+        };
+        on_read(count);
+        cutter.push(&piece[..count]);
+        while let Some(part) = cutter.part().or_else(|| cutter.rest(count == 0)) {
+            if !hand_out(part, None) {
+                return Ok(());
+            }
         }
-        if is_end {
-            parts.extend(cutter.rest(true));
+        if cutter.pending() > limits::BODY_BYTES {
+            hand_out(Part { text: b"-".to_vec(), first: cutter.line() }, Some(too_large("line")));
+            return Ok(());
         }
-        let answer = |part: &Part| part.answer(Shape::default(), MAX_DEPTH, &budget);
-        let answered: Vec<_> = parts.par_iter().map(answer).collect();
-        for (part, sheets) in parts.iter().zip(answered) {
-            let sheets = sheets.unwrap_or_else(|problem| part.refuse(&problem, &budget));
-            sheets.into_iter().try_for_each(|sheet| output.write_all(&sheet))?;
-        }
-        bar.inc(read as u64);
-        if is_end {
-            bar.finish_and_clear();
-            return output.flush();
+        if count == 0 {
+            return Ok(());
         }
     }
 }
 
-/// Shown where a person looks.
-fn bar(total: Option<u64>) -> ProgressBar {
-    if !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let (bar, template) = match total {
-        Some(total) => (ProgressBar::new(total), "{wide_bar} {bytes} of {total_bytes}, {bytes_per_sec}, {eta} left"),
-        None => (ProgressBar::new_spinner(), "{spinner} {bytes}, {bytes_per_sec}"),
+/// Answers a part; a panic costs its lines, not the batch.
+fn compute(part: &Part, refusal: Option<Problem>, shape: Shape, budget: &Arc<Budget>) -> (Sheets, Tally) {
+    let answered = match refusal {
+        Some(problem) => Err(problem),
+        None => catch_unwind(AssertUnwindSafe(|| part.tell(shape, MAX_DEPTH, budget))).unwrap_or_else(|_| Err(Problem::internal())),
     };
-    bar.with_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()))
+    answered.unwrap_or_else(|problem| {
+        let lines = part.lines();
+        (part.refuse(&problem, budget), Tally { lines, failed: lines })
+    })
 }

@@ -1,6 +1,5 @@
 //! One call of an operation: the body read within its limits, the computation run where it belongs, the answer written.
 
-use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -18,7 +17,8 @@ use super::budget::{NoRoom, Reservation};
 use super::error::Problem;
 use super::json;
 use super::negotiate::{self, Form};
-use super::paper::{Paper, SHEET, Sheets};
+use super::operations;
+use super::paper::{Paper, Sheets};
 use super::pool::Failure;
 use super::service::Service;
 use super::shape::{RAW, Shape};
@@ -136,10 +136,7 @@ impl Call {
     where
         Request: DeserializeOwned + Send + 'static,
     {
-        let write: Writer<String> = |text, _, paper| {
-            let mut sheets = text.as_bytes().chunks(SHEET);
-            sheets.try_for_each(|sheet| paper.write_all(sheet)).map_err(json::not_written)
-        };
+        let write: Writer<String> = |text, _, paper| operations::picture(text, paper);
         self.answer(&["image/svg+xml"], operation, |_| false, write).await
     }
 

@@ -48,6 +48,13 @@ pub struct Item {
     detail: String,
 }
 
+impl Item {
+    fn in_words(&self) -> String {
+        let place = if self.pointer.is_empty() { String::new() } else { format!("{}: ", self.pointer) };
+        format!("\n  {place}{}", self.detail)
+    }
+}
+
 impl Problem {
     /// A problem of the request as a whole.
     pub fn new(status: StatusCode, code: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
@@ -76,6 +83,17 @@ impl Problem {
     /// Its stable name.
     pub fn code(&self) -> &'static str {
         self.code
+    }
+
+    /// For people: the title, and below it each fault with its place.
+    pub fn in_words(&self) -> String {
+        let position = self.line.zip(self.column);
+        let position = position.map_or(String::new(), |(line, column)| format!(" (line {line}, column {column})"));
+        let faults: String = match &*self.errors {
+            [] => format!("\n  {}", self.detail),
+            faults => faults.iter().map(Item::in_words).collect(),
+        };
+        format!("{}{position}{faults}", self.title)
     }
 
     /// A bug of ours; the client learns nothing of its insides.

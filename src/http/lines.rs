@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::io::Write;
+use std::ops::AddAssign;
 use std::sync::Arc;
 
 use axum::http::StatusCode;
@@ -49,6 +50,22 @@ pub struct Part {
     pub first: usize,
 }
 
+/// Lines that were answered, and how many of them with a problem.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// All of them, blank ones left out.
+    pub lines: usize,
+    /// Those with a problem.
+    pub failed: usize,
+}
+
+impl AddAssign for Tally {
+    fn add_assign(&mut self, other: Self) {
+        self.lines += other.lines;
+        self.failed += other.failed;
+    }
+}
+
 impl Part {
     /// The lines one by one.
     pub fn split(&self) -> Vec<Part> {
@@ -66,14 +83,23 @@ impl Part {
     /// # Errors
     /// Never for a line, which has its problem in its place; only when nobody waits any more.
     pub fn answer(&self, shape: Shape, max_depth: usize, budget: &Arc<Budget>) -> Result<Sheets, Problem> {
-        let mut paper = Paper::new(budget);
+        self.tell(shape, max_depth, budget).map(|(sheets, _)| sheets)
+    }
+
+    /// The same, counted.
+    ///
+    /// # Errors
+    /// As [`Part::answer`].
+    pub fn tell(&self, shape: Shape, max_depth: usize, budget: &Arc<Budget>) -> Result<(Sheets, Tally), Problem> {
+        let (mut paper, mut tally) = (Paper::new(budget), Tally::default());
         for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
             if !line.trim_ascii().is_empty() {
                 crate::core::work::checkpoint()?;
-                answer(line, self.first + i, shape, max_depth, &mut paper)?;
+                let is_answered = answer(line, self.first + i, shape, max_depth, &mut paper)?;
+                tally += Tally { lines: 1, failed: usize::from(!is_answered) };
             }
         }
-        Ok(paper.finish())
+        Ok((paper.finish(), tally))
     }
 
     /// This problem in the place of every line.
@@ -90,10 +116,11 @@ impl Part {
     }
 }
 
-fn answer(line: &[u8], number: usize, shape: Shape, max_depth: usize, paper: &mut Paper) -> Result<(), Problem> {
+/// Whether it could be answered; if not, its problem is written.
+fn answer(line: &[u8], number: usize, shape: Shape, max_depth: usize, paper: &mut Paper) -> Result<bool, Problem> {
     let parsed = match parse(line, max_depth) {
         Ok(parsed) => parsed,
-        Err(problem) => return refused(number, None, &problem, paper),
+        Err(problem) => return refused(number, None, &problem, paper).map(|()| false),
     };
     let mut own = paper.sibling();
     let computed = match operations::named(&parsed.op) {
@@ -106,9 +133,9 @@ fn answer(line: &[u8], number: usize, shape: Shape, max_depth: usize, paper: &mu
             begin(number, parsed.id.as_ref(), "answer", paper)?;
             let sheets = own.finish();
             paper.take(sheets).map_err(json::not_written)?;
-            paper.write_all(b"}\n").map_err(json::not_written)
+            paper.write_all(b"}\n").map_err(json::not_written).map(|()| true)
         }
-        Err(problem) => refused(number, parsed.id.as_ref(), &problem, paper),
+        Err(problem) => refused(number, parsed.id.as_ref(), &problem, paper).map(|()| false),
     }
 }
 

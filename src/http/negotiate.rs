@@ -97,9 +97,7 @@ pub fn shape(query: Option<&str>) -> Result<Shape, Problem> {
     for part in query.unwrap_or("").split('&').filter(|part| !part.is_empty()) {
         let (key, value) = part.split_once('=').unwrap_or((part, ""));
         match (key, value) {
-            ("precision", "full") => shape.precision = Precision::Full,
-            ("precision", "single") => shape.precision = Precision::Single,
-            ("precision", digits) => shape.precision = digits_of(digits)?,
+            ("precision", value) => shape.precision = precision(value)?,
             ("layout", "nested") => shape.layout = Layout::Nested,
             ("layout", "flat") => shape.layout = Layout::Flat,
             ("layout", _) => return Err(refused(&format!("layout is {}; allowed is nested or flat", shortened(value)))),
@@ -113,11 +111,18 @@ pub fn shape(query: Option<&str>) -> Result<Shape, Problem> {
     Ok(shape)
 }
 
-fn digits_of(text: &str) -> Result<Precision, Problem> {
-    let digits = text.parse().ok().filter(|digits| (1..=17).contains(digits));
-    digits
-        .map(Precision::Digits)
-        .ok_or_else(|| refused(&format!("precision is {}; allowed is full, single, or 1 to 17 digits", shortened(text))))
+/// How precise: `full`, `single` or a number of digits.
+///
+/// # Errors
+/// Status 400: something else.
+pub fn precision(text: &str) -> Result<Precision, Problem> {
+    let digits = || text.parse().ok().filter(|digits| (1..=17).contains(digits)).map(Precision::Digits);
+    let known = match text {
+        "full" => Some(Precision::Full),
+        "single" => Some(Precision::Single),
+        _ => digits(),
+    };
+    known.ok_or_else(|| refused(&format!("precision is {}; allowed is full, single, or 1 to 17 digits", shortened(text))))
 }
 
 fn refused(what: &str) -> Problem {

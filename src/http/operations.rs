@@ -1,8 +1,10 @@
 //! Every operation on bytes, for those who do not come by HTTP: batches and the command line.
 
+use std::io::Write;
+
 use super::error::Problem;
 use super::json;
-use super::paper::Paper;
+use super::paper::{Paper, SHEET};
 use super::shape::Shape;
 use super::{
     basis, continuity, convert, evaluate, fit, interpolate, join, render, reshape, subdivide, surface_evaluate, surface_subdivide,
@@ -36,6 +38,18 @@ by_name! {
     "surfaces/subdivide" surface_subdivide,
     "surfaces/tessellate" surface_tessellate,
     "render" render,
+}
+
+/// The operations that answer a single request with a picture, and write it as text; in a batch it is a JSON string.
+pub const PICTURES: &[(&str, Answer)] = &[("render", |body, _, paper| picture(&render::operation(json::from_bytes(body)?)?, paper))];
+
+/// Writes a picture.
+///
+/// # Errors
+/// As [`json::write`].
+pub fn picture(text: &str, paper: &mut Paper) -> Result<(), Problem> {
+    let mut sheets = text.as_bytes().chunks(SHEET);
+    sheets.try_for_each(|sheet| paper.write_all(sheet)).map_err(json::not_written)
 }
 
 /// The operation of this name.

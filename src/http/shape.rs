@@ -33,12 +33,12 @@ pub enum Precision {
 }
 
 /// How lists of points are laid out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum Layout {
-    /// One list for each point.
+    /// One list for each point
     #[default]
     Nested,
-    /// One list for all coordinates.
+    /// One list for all coordinates
     Flat,
 }
 
