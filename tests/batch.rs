@@ -32,6 +32,7 @@ fn mixed() -> (String, Vec<Option<usize>>) {
         for broken in [
             "{",
             "[]",
+            r#"["a", "evaluate", {}]"#,
             r#"{"op": "nothing", "body": {}}"#,
             r#"{"op": "evaluate", "body": {}}"#,
             r#"{"op": "evaluate", "body": {}, "more": 1}"#,
@@ -126,4 +127,31 @@ fn a_line_without_end_is_refused_and_the_type_is_checked() {
     assert_eq!(answers[1]["problem"]["code"], "too_large", "{}", answers[1]);
     assert_eq!(server.post("/v1/batch", "{}").status, 415);
     assert_eq!(server.post_as("/v1/batch", Some(NDJSON), "").body, b"");
+}
+
+#[test]
+fn a_line_that_is_no_operation_says_why_in_sentences() {
+    let server = Server::start();
+    let cases = [
+        // As derived readers would take it: its fields in order.
+        (r#"["a", "basis", {}]"#, "bad_line", "this is an array; expected an object", &[""][..]),
+        (r#"{"id": 1.5, "op": "basis", "body": {}}"#, "bad_line", "this is the number 1.5; expected text, or a whole number", &["/id"]),
+        (r#"{"id": null, "op": "basis", "body": {}}"#, "bad_line", "this is null; expected text", &["/id"]),
+        (r#"{"id": 7, "oop": "basis"}"#, "bad_line", "did you mean `op`?", &["/oop", ""]),
+        (r#"{"id": 7, "op": 1, "op": 2, "body": {}}"#, "bad_line", "this is the number 1; expected a string", &["/op", "/op"]),
+        (r#"{"id": 7, "op": "evalute", "body": {}}"#, "unknown_operation", "did you mean evaluate?", &["/op"]),
+        (r#"{"id": 7, "op": "evaluate", "#, "not_json", "the line ends in the middle of an object", &[]),
+    ];
+    let text: String = cases.iter().map(|(line, ..)| format!("{line}\n")).collect();
+    let answers = lines(&server.post_as("/v1/batch", Some(NDJSON), text).body);
+    for ((line, code, detail, places), answer) in cases.iter().zip(&answers) {
+        let problem = &answer["problem"];
+        assert_eq!(problem["code"], *code, "{line}: {answer}");
+        assert!(problem["detail"].as_str().unwrap().contains(detail), "{line}: {answer}");
+        let found: Vec<&str> = problem["errors"].as_array().unwrap().iter().map(|item| item["pointer"].as_str().unwrap()).collect();
+        assert_eq!(found, *places, "{line}: {answer}");
+        let id = if line.contains("\"id\": 7") && *code != "not_json" { json!(7) } else { Value::Null };
+        assert_eq!(answer["id"], id, "{line}: what can be read of a line is its name too");
+    }
+    assert_eq!(answers[6]["problem"]["line"], 7);
 }

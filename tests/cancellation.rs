@@ -147,7 +147,7 @@ fn picture(curves: Vec<Curve<3>>, surfaces: Vec<Surface>) -> Run {
 /// An operation as the service runs it, from the bytes of a request.
 fn request<Request, Answer>(body: String, operation: fn(Request) -> Result<Answer, Error>) -> Run
 where
-    Request: serde::de::DeserializeOwned + 'static,
+    Request: http::json::Request + 'static,
     Answer: 'static,
 {
     Box::new(move || match http::json::from_bytes(body.as_bytes()) {

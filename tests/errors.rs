@@ -213,9 +213,9 @@ fn broken_json_is_refused_with_line_and_column() {
 #[test]
 fn what_a_message_quotes_of_the_request_stays_as_it_was() {
     let bench = Bench::new();
-    let detail = bench.refuse("/v1/evaluate", &json!({"mapping": 1}), (400, "unknown_field"), "/mapping");
+    let detail = bench.refuse("/v1/interpolate", &with_key(&points(), "", "mapping", json!(1)), (400, "unknown_field"), "/mapping");
     assert!(detail.contains("`mapping`"), "{detail}");
-    let detail = bench.evaluate(json!({"family": "a sequence of f64"}), (400, "unknown_variant"), "/family");
+    let detail = bench.evaluate(with(&bezier(), "/family", json!("a sequence of f64")), (400, "unknown_variant"), "/family");
     assert!(detail.contains("unknown value `a sequence of f64`"), "{detail}");
 }
 
@@ -223,9 +223,10 @@ fn what_a_message_quotes_of_the_request_stays_as_it_was() {
 fn a_long_value_is_not_echoed_whole() {
     let bench = Bench::new();
     let long = "é".repeat(1_000_000);
-    let detail = bench.evaluate(json!({"family": long}), (400, "unknown_variant"), "/family");
+    let detail = bench.evaluate(with(&bezier(), "/family", json!(long)), (400, "unknown_variant"), "/family");
     assert!(detail.len() < 2_000 && detail.ends_with("`bspline`"), "{}", detail.len());
-    let detail = bench.evaluate(json!({"family": "beta-bezier", "beta": long}), (400, "wrong_type"), "/beta");
+    let beta = with_key(&with(&bezier(), "/family", json!("beta-bezier")), "", "beta", json!(long));
+    let detail = bench.evaluate(beta, (400, "wrong_type"), "/beta");
     assert!(detail.len() < 2_000 && detail.ends_with("expected a number"), "{}", detail.len());
 }
 
@@ -241,8 +242,9 @@ fn messages_speak_of_json_and_say_what_to_do() {
     says("/v1/evaluate", "{\"curve\": {\"control_points\": [[NaN, 0]]}}", &["NaN"]);
     says("/v1/evaluate", "{\"curve\": ", &["the body ends"]);
     says("/v1/evaluate", "{\"curve\": {\"beta\": 1e999}}", &["out of range", "1.8e308"]);
-    says("/v1/interpolate", "{\"basis\": \"bezier\"}", &["string \"bezier\"", "an object with the fields `family`"]);
-    says("/v1/interpolate", "{\"points\": [[0, 0], [1, 1], [2, 0]], \"bases\": [{\"family\": \"bezier\"}]}", &["2 expected", "`basis`"]);
+    let basis = "{\"points\": [[0, 0], [1, 1]], \"basis\": \"bezier\"}";
+    says("/v1/interpolate", basis, &["the string \"bezier\"", "an object with the fields `family`"]);
+    says("/v1/interpolate", "{\"points\": [[0, 0], [1, 1], [2, 0]], \"bases\": [{\"family\": \"bezier\"}]}", &["expected is 2", "`basis`"]);
 }
 
 #[test]
@@ -258,7 +260,9 @@ fn a_number_beyond_a_double_is_refused_where_it_stands() {
     let bench = Bench::new();
     let huge = format!("1{}", "0".repeat(400));
     for number in ["1e999", "-1e999", "1.8e308", &huge] {
-        let text = format!("{{\"curve\": {{\"family\": \"bezier\", \"control_points\": [[0, 0], [1, {number}]]}}}}");
+        let text = format!(
+            "{{\"curve\": {{\"family\": \"bezier\", \"control_points\": [[0, 0], [1, {number}]]}}, \"sampling\": {{\"kind\": \"count\", \"count\": 2}}}}"
+        );
         let answer = bench.server.post("/v1/evaluate", &text);
         bench.check(&answer, 400, "number_out_of_range", &text);
         assert_eq!(answer.pointer(), "/curve/control_points/1/1");
@@ -272,7 +276,9 @@ fn anything_but_an_object_is_refused() {
         for body in [json!([]), json!([{}]), json!(1), json!("x"), json!(true), Value::Null] {
             bench.refuse(path, &body, (400, "wrong_type"), "");
         }
-        bench.refuse(path, &json!({}), (400, "missing_field"), "");
+        let answer = bench.server.post(path, "{}");
+        bench.check(&answer, 400, "missing_field", path);
+        assert!(answer.faults().iter().all(|(pointer, code)| pointer.is_empty() && code == "missing_field"), "{}", answer.text());
     }
 }
 
@@ -304,8 +310,8 @@ fn doubled(value: &Value, object: &str, key: &str) -> String {
 fn parameters_outside_the_domain_are_refused_not_clamped() {
     let bench = Bench::new();
     let li = json!({"family": "alpha-beta-bezier", "alpha": 0.5, "beta": 2, "control_points": [[0, 0], [1, 3], [4, 3], [5, 0]]});
-    for (curve, wrong) in [(bezier(), 1.0000000000000002), (bezier(), -5e-324), (li, 0.6), (piecewise(), 2.5), (bspline(), -0.1)] {
-        let values = json!({"kind": "parameters", "values": [0, wrong, 9]});
+    for (curve, wrong) in [(bezier(), 1.000000000000002), (bezier(), -1e-15), (li, 0.6), (piecewise(), 2.5), (bspline(), -0.1)] {
+        let values = json!({"kind": "parameters", "values": [0, wrong]});
         let detail = bench.refuse("/v1/evaluate", &json!({"curve": curve, "sampling": values}), OUT_OF_RANGE, "/sampling/values/1");
         assert!(detail.contains("domain") && detail.contains("<= t <="), "{detail}");
         let at = json!({"kind": "parameters", "values": [0, wrong]});
@@ -401,7 +407,7 @@ fn shape_matrices_are_checked_entry_by_entry() {
     let bench = Bench::new();
     let (first, last) = ([1, 0, 0], [0, 0, 1]);
     bench.evaluate(quasi(json!([first, [0.5, 0.6, 0], last]), 3), ROW_SUM, "/shape/rows/1");
-    bench.evaluate(quasi(json!([first, [1.5, -0.5, 0], last]), 3), OUT_OF_RANGE, "/shape/rows/1/0");
+    bench.evaluate(quasi(json!([first, [1.5, 0, 0], last]), 3), OUT_OF_RANGE, "/shape/rows/1/0");
     bench.evaluate(quasi(json!([first, [0.5, -0.5, 1], last]), 3), OUT_OF_RANGE, "/shape/rows/1/1");
     bench.evaluate(quasi(json!([first, [0.5, 0.5], last]), 3), WRONG_COUNT, "/shape/rows/1");
     bench.evaluate(quasi(json!([first, last]), 3), WRONG_COUNT, "/shape/rows");
@@ -571,6 +577,178 @@ fn interpolation_checks_its_points_knots_and_ends() {
     let straight = json!({"family": "beta-bezier", "lambda": 0});
     refuse("basis", straight, (422, "unsuitable_basis"), "/basis");
     refuse("basis", json!({"family": "beta-bezier", "beta": 1e12}), (422, "ill_conditioned"), "/basis");
+}
+
+// Several faults at once.
+
+impl Bench {
+    /// The places and codes of all faults, after a look at what is said of the request as a whole.
+    fn faults(&self, path: &str, text: &str) -> Vec<(String, String)> {
+        let answer = self.server.post(path, text);
+        let problem = answer.json();
+        self.check(&answer, answer.status, problem["code"].as_str().unwrap(), text);
+        let faults = answer.faults();
+        let lead = faults.iter().any(|(_, code)| problem["code"] == code.as_str());
+        assert!(lead, "{problem}");
+        faults
+    }
+
+    fn expect(&self, path: &str, text: &str, expected: &[(&str, &str)]) -> Value {
+        let found = self.faults(path, text);
+        let found: Vec<(&str, &str)> = found.iter().map(|(pointer, code)| (pointer.as_str(), code.as_str())).collect();
+        assert_eq!(found, expected, "{text}");
+        self.server.post(path, text).json()
+    }
+}
+
+#[test]
+fn all_faults_of_a_request_are_told_at_once_in_its_order() {
+    let bench = Bench::new();
+    let text = r#"{
+        "sampling": {"kind": "count", "count": 1, "colour": 2},
+        "curve": {"family": "beta-bezier", "beta": -1, "control_point": [[0, 0], [1, "x"]], "lamda": true},
+        "derivatives": "two"
+    }"#;
+    let problem = bench.expect(
+        "/v1/evaluate",
+        text,
+        &[
+            ("/sampling/count", "too_few"),
+            ("/sampling/colour", "unknown_field"),
+            ("/curve/beta", "out_of_range"),
+            ("/curve/control_point", "unknown_field"),
+            ("/curve/lamda", "unknown_field"),
+            ("/derivatives", "wrong_type"),
+        ],
+    );
+    // The shape before the mathematics: that is what the request as a whole is refused for.
+    assert_eq!(problem["status"], 400);
+    let detail = problem["detail"].as_str().unwrap();
+    assert!(detail.starts_with("/sampling/colour: ") && detail.contains("and 5 more faults"), "{detail}");
+}
+
+#[test]
+fn what_follows_from_another_fault_is_not_told() {
+    let bench = Bench::new();
+    let sampling = r#""sampling": {"kind": "count", "count": 2}"#;
+    for (curve, expected) in [
+        // Not that control_points are missing, nor that the knots do not fit them.
+        (
+            r#"{"family": "bspline", "degree": 2, "knots": [0, 1], "control_point": [[0, 0]]}"#,
+            &[("/curve/control_point", "unknown_field")][..],
+        ),
+        (r#"{"family": "bezier", "control_points": [[0, "a"], [1, 1]]}"#, &[("/curve/control_points/0/1", "wrong_type")]),
+        (r#"{"family": "beta-bezier", "lambda": "1", "control_points": [[0, 0], [1, 1]]}"#, &[("/curve/lambda", "wrong_type")]),
+        (r#"{"family": "Bezier", "control_points": [[0, 0], [1, 1]]}"#, &[("/curve/family", "unknown_variant")]),
+    ] {
+        bench.expect("/v1/evaluate", &format!("{{\"curve\": {curve}, {sampling}}}"), expected);
+    }
+}
+
+#[test]
+fn parts_that_are_right_in_shape_are_checked_beside_each_other() {
+    let bench = Bench::new();
+    let text = r#"{"curve": {"family": "bspline", "degree": 0, "knots": [0, 2, 1], "control_points": [[0, 0], [1, 1]]},
+        "at": {"kind": "flatness", "tolerance": 0}}"#;
+    let expected = [("/curve/degree", "out_of_range"), ("/curve/knots/2", "not_increasing"), ("/at/tolerance", "out_of_range")];
+    let problem = bench.expect("/v1/subdivide", text, &expected);
+    assert_eq!(problem["status"], 422);
+    let text =
+        r#"{"at": {"kind": "parameters", "values": [0, 2, 0.5, -3]}, "curve": {"family": "bezier", "control_points": [[0, 0], [1, 1]]}}"#;
+    bench.expect("/v1/subdivide", text, &[("/at/values/1", "out_of_range"), ("/at/values/3", "out_of_range")]);
+    let text = r#"{"points": [[0, 0], [1, 1], [2, 0]], "weights": [1, 0, -1],
+        "solve": {"kind": "control-points", "basis": {"family": "bezier"}, "order": 1}}"#;
+    bench.expect("/v1/fit", text, &[("/weights/1", "out_of_range"), ("/weights/2", "out_of_range")]);
+    let text = r#"{"width": 1, "curves": [{"color": 99, "curve": {"family": "alpha-beta-bezier", "alpha": 2, "beta": 9,
+        "control_points": [[0, 0], [1, 1], [2, 1], [3, 0]]}}], "height": 2}"#;
+    let expected = ["/width", "/curves/0/color", "/curves/0/curve/alpha", "/curves/0/curve/beta", "/height"];
+    bench.expect("/v1/render", text, &expected.map(|pointer| (pointer, "out_of_range")));
+}
+
+#[test]
+fn missing_fields_are_all_named_where_their_object_ends() {
+    let bench = Bench::new();
+    let text = r#"{"curve": {"family": "piecewise", "closed": 1}, "quantities": ["speed", "sped"]}"#;
+    let problem = bench.expect(
+        "/v1/evaluate",
+        text,
+        &[
+            ("/curve/closed", "wrong_type"),
+            ("/curve", "missing_field"),
+            ("/curve", "missing_field"),
+            ("/curve", "missing_field"),
+            ("/curve", "missing_field"),
+            ("/quantities/1", "unknown_variant"),
+            ("", "missing_field"),
+        ],
+    );
+    let details: Vec<&str> = problem["errors"].as_array().unwrap().iter().map(|item| item["detail"].as_str().unwrap()).collect();
+    for field in ["`bases`", "`order`", "`knots`", "`control_points`", "`sampling`"] {
+        assert_eq!(details.iter().filter(|detail| detail.contains(field) && detail.contains("missing")).count(), 1, "{details:?}");
+    }
+}
+
+#[test]
+fn at_most_twenty_faults_are_listed() {
+    let bench = Bench::new();
+    for wrong in [21, 100_000] {
+        let points = vec!["[0, true]"; wrong].join(",");
+        let text = format!("{{\"points\": [{points}]}}");
+        let problem = bench.server.post("/v1/interpolate", text).json();
+        assert_eq!(problem["errors"].as_array().unwrap().len(), 20);
+        assert_eq!(problem["errors"][19]["pointer"], "/points/19/1");
+        assert!(problem["detail"].as_str().unwrap().contains("more than 19 more"), "{}", problem["detail"]);
+    }
+}
+
+#[test]
+fn names_that_were_probably_meant_are_named() {
+    let bench = Bench::new();
+    let detail = |path: &str, body: Value| bench.server.post_json(path, &body).json()["errors"][0]["detail"].as_str().unwrap().to_owned();
+    let sampling = json!({"kind": "count", "count": 2});
+    let curve = |curve: Value| detail("/v1/evaluate", json!({"curve": curve, "sampling": sampling}));
+    for (found, meant) in [
+        (curve(json!({"family": "bezier", "controlPoints": [[0, 0], [1, 1]]})), "`control_points`"),
+        (curve(json!({"family": "beta_bezier", "beta": 1, "control_points": [[0, 0], [1, 1]]})), "`beta-bezier`"),
+        (curve(json!({"family": "b-spline", "degree": 1, "knots": [0, 0, 1, 1], "control_points": [[0, 0], [1, 1]]})), "`bspline`"),
+        (detail("/v1/interpolate", json!({"points": [[0, 0], [1, 1]], "parametrization": {"kind": "uniform"}})), "`parameterization`"),
+    ] {
+        assert!(found.contains(&format!("did you mean {meant}?")), "{found}");
+    }
+    let far = curve(json!({"family": "nurbs", "control_points": [[0, 0], [1, 1]]}));
+    assert!(!far.contains("did you mean") && far.contains("`bspline`"), "{far}");
+    let answer = bench.server.post_as("/v1/evaluate?precison=3", Some("application/json"), "{}");
+    assert!(answer.text().contains("did you mean precision?"), "{}", answer.text());
+}
+
+#[test]
+fn a_name_may_not_be_given_as_an_object() {
+    let bench = Bench::new();
+    bench.evaluate(with(&bezier(), "/family", json!({"bezier": {}})), (400, "wrong_type"), "/family");
+    let null = r#"{"curve": {"family": {"bezier": null}, "control_points": [[0, 0], [1, 1]]}, "sampling": {"kind": "count", "count": 2}}"#;
+    bench.expect("/v1/evaluate", null, &[("/curve/family", "wrong_type")]);
+}
+
+#[test]
+fn a_parameter_that_rounding_took_beyond_an_end_is_the_end() {
+    let bench = Bench::new();
+    let beyond = f64::from_bits(1.0_f64.to_bits() + 4);
+    let values = json!({"kind": "parameters", "values": [-2e-16, 0.5, beyond]});
+    let answer = bench.server.ok("/v1/evaluate", &json!({"curve": bezier(), "sampling": values}));
+    assert_eq!(answer["parameters"], json!([0.0, 0.5, 1.0]));
+    assert_eq!((&answer["points"][0], &answer["points"][2]), (&json!([0.0, 0.0]), &json!([5.0, 0.0])));
+    let cut = bench.server.ok("/v1/subdivide", &json!({"curve": bezier(), "at": {"kind": "parameters", "values": [0.5, beyond]}}));
+    assert_eq!((&cut["split_parameters"], &cut["curve"]["knots"]), (&json!([0.5, 1.0]), &json!([0.0, 0.5, 1.0])));
+    let surface =
+        json!({"u": {"family": "bezier"}, "v": {"family": "bezier"}, "control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]});
+    let at = json!({"kind": "parameters", "values": [[beyond, -2e-16]]});
+    assert_eq!(bench.server.ok("/v1/surfaces/evaluate", &json!({"surface": surface, "at": at}))["parameters"], json!([[1.0, 0.0]]));
+    let cuts = bench.server.ok("/v1/surfaces/subdivide", &json!({"surface": surface, "at": {"u": [beyond]}}));
+    assert_eq!(cuts["pieces"].as_array().unwrap().len(), 1);
+    let given = json!({"kind": "parameters", "values": [0, 0.4, 1.0_f64.next_down()]});
+    let solve = json!({"kind": "control-points", "basis": {"family": "bezier"}, "order": 1});
+    let fit = bench.server.ok("/v1/fit", &json!({"points": [[0, 0], [1, 1], [2, 0]], "parameterization": given, "solve": solve}));
+    assert_eq!(fit["parameters"], json!([0.0, 0.4, 1.0]));
 }
 
 // Hostile requests.

@@ -7,7 +7,6 @@ mod curve;
 pub use curve::curve;
 
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 use springline::core::error::Error;
 use springline::http;
@@ -52,7 +51,7 @@ fn holds<Request, Answer>(
     check: fn(&[u8]),
 ) -> bool
 where
-    Request: DeserializeOwned + Serialize,
+    Request: springline::http::json::Request + Serialize,
 {
     let run = |body: &[u8]| write(&operation(from_bytes(body)?)?);
     let printed = from_bytes::<Request>(body).map(|request| to_bytes(&request).expect("a request that was read can be written"));

@@ -2,7 +2,7 @@
 
 use super::basis::{Basis, Properties, ShapeMatrix};
 use super::bezier_form::bernstein;
-use super::error::{At, Error, at_least, at_most};
+use super::error::{At, Error, Fault, at_least, at_most};
 use super::limits;
 use super::work::{self, Pace};
 
@@ -25,14 +25,22 @@ pub struct BasisFunctions {
     pub properties: Properties,
 }
 
+/// Refuses too few samples, and too many.
+///
+/// # Errors
+/// [`Fault::TooFew`], [`Fault::TooLarge`].
+pub fn check_count(count: usize) -> Result<(), Fault> {
+    at_least("samples", count, 2)?;
+    at_most("samples", count, limits::effective().samples, "Ask for fewer")
+}
+
 /// Samples the `order + 1` functions of a basis at `count` equally spaced parameters. O(count * degree * order).
 ///
 /// # Errors
 /// At `order`: one that does not suit the basis. At `count`: below 2, or more values than [`limits::ANSWER_POINTS`].
 pub fn basis_functions(basis: &Basis, order: usize, count: usize) -> Result<BasisFunctions, Error> {
     let degree = basis.degree(order).at("order")?;
-    at_least("samples", count, 2).at("count")?;
-    at_most("samples", count, limits::effective().samples, "Ask for fewer").at("count")?;
+    check_count(count).at("count")?;
     at_most("values in the answer", count * (order + 1), limits::effective().answer_points, "Ask for fewer samples").at("count")?;
     let matrix = basis.shape_matrix(order);
     let fraction = |i: usize| i as f64 / (count - 1) as f64;

@@ -60,7 +60,7 @@ pub struct Error {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// Fewer of something than the operation needs.
-    #[error("{count} {what} given; at least {least} are needed")]
+    #[error("the number of {what} is {count}; at least {least} are needed")]
     TooFew {
         /// What is counted.
         what: &'static str,
@@ -70,7 +70,7 @@ pub enum Fault {
         least: usize,
     },
     /// More of something than the documented limit, given or asked for.
-    #[error("{count} {what}; the limit is {most}. {advice}")]
+    #[error("the number of {what} is {count}; the limit is {most}. {advice}")]
     TooLarge {
         /// What is counted.
         what: &'static str,
@@ -82,7 +82,7 @@ pub enum Fault {
         advice: &'static str,
     },
     /// Two counts that must agree do not.
-    #[error("{count} {what} given; {expected} expected: {rule}")]
+    #[error("the number of {what} is {count}; expected is {expected}: {rule}")]
     WrongCount {
         /// What is counted.
         what: &'static str,
@@ -140,9 +140,9 @@ pub enum Fault {
     #[error("{0}")]
     Contradiction(String),
     /// A part that the object needs is not there.
-    #[error("the field `{field}` is missing{}", if *.field == "beta" { " (or `lambda`, its reciprocal)" } else { "" })]
+    #[error("the field `{field}` is missing")]
     Missing {
-        /// Its name.
+        /// Its name, or the names of those of which one is needed, with "` or `" between them.
         field: &'static str,
     },
     /// The part that says which variant of the object is meant is not there.
@@ -154,7 +154,7 @@ pub enum Fault {
         values: String,
     },
     /// A part that belongs to another variant of the object.
-    #[error("`{field}` does not belong to {of}; it belongs to {owners}")]
+    #[error("the field `{field}` does not belong to {of}, only to {owners}")]
     ForeignField {
         /// Its name.
         field: &'static str,
@@ -218,6 +218,9 @@ pub enum Fault {
     /// A result beyond the range of double precision.
     #[error("the result exceeds the range of double precision; scale the coordinates, the knots or the order of derivatives down")]
     Overflow,
+    /// Several faults that do not depend on each other, each at its place within this one.
+    #[error("{}", .0.first().map(Error::to_string).unwrap_or_default())]
+    Several(Vec<Error>),
     /// Nobody waits for the result: see [`super::work`].
     #[error("the computation was stopped before its end, because nobody waited for it any more")]
     Cancelled,
@@ -236,6 +239,86 @@ impl Error {
         self.place = self.place.within(step);
         self
     }
+}
+
+/// Faults that are gathered: as many as anybody wants to read at once, and one more to know that there were more.
+pub const GATHERED: usize = 21;
+
+impl Error {
+    /// Both errors in one. What nobody waits for any more says nothing else, and what is said is not said again.
+    pub fn and(self, other: Error) -> Error {
+        if [&self.fault, &other.fault].contains(&&Fault::Cancelled) {
+            return Fault::Cancelled.into();
+        }
+        let mut all = self.each();
+        for error in other.each() {
+            if all.len() < GATHERED && !all.contains(&error) {
+                all.push(error);
+            }
+        }
+        Error::of_all(all).unwrap_or_else(|| Fault::Cancelled.into())
+    }
+
+    /// Every fault at its own place.
+    pub fn each(self) -> Vec<Error> {
+        let Fault::Several(errors) = self.fault else { return vec![self] };
+        let around = self.place.steps;
+        let placed = |mut error: Error| {
+            error.place.steps.extend(around.iter().copied());
+            error.each()
+        };
+        errors.into_iter().flat_map(placed).collect()
+    }
+
+    /// One error for all of these; none where there are none.
+    fn of_all(mut errors: Vec<Error>) -> Option<Error> {
+        if errors.len() > 1 { Some(Fault::Several(errors).into()) } else { errors.pop() }
+    }
+}
+
+/// Two values that do not depend on each other, or what is wrong with each.
+///
+/// # Errors
+/// Those of both.
+pub fn both<A, B>(a: Result<A, Error>, b: Result<B, Error>) -> Result<(A, B), Error> {
+    match (a, b) {
+        (Ok(a), Ok(b)) => Ok((a, b)),
+        (Err(error), Ok(_)) | (Ok(_), Err(error)) => Err(error),
+        (Err(a), Err(b)) => Err(a.and(b)),
+    }
+}
+
+/// Values that do not depend on each other, or what is wrong with each.
+///
+/// # Errors
+/// Those of all, up to [`GATHERED`].
+pub fn every<T, E: Into<Error>>(results: impl IntoIterator<Item = Result<T, E>>) -> Result<Vec<T>, Error> {
+    let mut results = results.into_iter();
+    let mut values = Vec::with_capacity(results.size_hint().0);
+    while let Some(result) = results.next() {
+        match result {
+            Ok(value) => values.push(value),
+            Err(error) => return Err(with_the_rest(error.into(), results.filter_map(|result| result.err().map(E::into)))),
+        }
+    }
+    Ok(values)
+}
+
+/// The first error and those that follow it.
+fn with_the_rest(first: Error, rest: impl Iterator<Item = Error>) -> Error {
+    let mut all = first.each();
+    for error in rest {
+        let cancelled = error.fault == Fault::Cancelled;
+        all.extend(error.each());
+        if cancelled || all.len() >= GATHERED {
+            break;
+        }
+    }
+    if all.iter().any(|error| error.fault == Fault::Cancelled) {
+        return Fault::Cancelled.into();
+    }
+    all.truncate(GATHERED);
+    Error::of_all(all).unwrap_or_else(|| Fault::Cancelled.into())
 }
 
 impl From<Fault> for Error {
@@ -295,6 +378,20 @@ mod tests {
     fn places_read_from_the_outside_in() {
         let error = Fault::Overflow.at(2).at("control_points").at("curve");
         assert_eq!(error.place.to_string(), "/curve/control_points/2");
+    }
+
+    #[test]
+    fn several_faults_keep_their_places_and_are_said_once() {
+        let at = |step: usize| Fault::Overflow.at(step);
+        let inner: Error = at(1).and(at(2)).at("knots");
+        let all = inner.clone().and(inner).and(at(3)).at("curve");
+        let places: Vec<String> = all.each().iter().map(|error| error.place.to_string()).collect();
+        assert_eq!(places, ["/curve/knots/1", "/curve/knots/2", "/curve/3"]);
+        let cancelled = at(1).and(Fault::Cancelled.into());
+        assert_eq!(cancelled, Fault::Cancelled.into());
+        let many = every((0..1_000_000).map(|i| if i < 3 { Ok(i) } else { Err(at(i)) }));
+        assert_eq!(many.unwrap_err().each().len(), GATHERED);
+        assert_eq!(both(Ok(1), Err::<(), _>(at(7))).unwrap_err(), at(7));
     }
 
     #[test]

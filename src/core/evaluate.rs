@@ -2,6 +2,7 @@
 
 use super::bezier_form::{chord_error, split};
 use super::curve::{Composite, Curve};
+use super::domain::Domain;
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::gaps::derivative_size;
 use super::lanes::uniform;
@@ -89,8 +90,8 @@ pub fn evaluate<const D: usize>(
     derivatives: usize,
     quantities: Quantities,
 ) -> Result<Samples<D>, Error> {
-    at_most("orders of derivatives", derivatives, limits::effective().degree, "Higher derivatives of these polynomials are zero")
-        .at("derivatives")?;
+    check_orders(derivatives).at("derivatives")?;
+    sampling.check().at("sampling")?;
     if quantities.torsion && D != 3 {
         let why = "a curve in the plane has no torsion; ask for it with 3D control points, or leave it out";
         return Err(Fault::UnsuitableCurve(why.into()).at("quantities"));
@@ -109,6 +110,29 @@ pub fn evaluate<const D: usize>(
     let mut lists = jets.into_iter();
     let points = lists.next().unwrap_or_default();
     Ok(Samples { domain: composite.breaks().domain(), parameters, points, derivatives: lists.take(derivatives).collect(), frames })
+}
+
+/// Refuses more orders of derivatives than any curve has.
+///
+/// # Errors
+/// [`Fault::TooLarge`].
+pub fn check_orders(derivatives: usize) -> Result<(), Fault> {
+    at_most("orders of derivatives", derivatives, limits::effective().degree, "Higher derivatives of these polynomials are zero")
+}
+
+impl Sampling {
+    /// What can be wrong with it whatever the curve.
+    ///
+    /// # Errors
+    /// Counts out of range, a tolerance that is no distance, each at its field.
+    pub fn check(&self) -> Result<(), Error> {
+        let few = |count| at_most("samples", count, limits::effective().samples, "Sample the curve in parts");
+        match self {
+            Sampling::Count(count) => at_least("samples", *count, 2).and_then(|()| few(*count)).at("count"),
+            Sampling::Parameters(values) => at_least("parameters", values.len(), 1).and_then(|()| few(values.len())).at("values"),
+            Sampling::Tolerance(tolerance) => check_distance(*tolerance).at("tolerance"),
+        }
+    }
 }
 
 impl Quantities {
@@ -135,30 +159,10 @@ fn jets<const D: usize>(composite: &Composite<D>, parameters: &[f64], highest: u
 }
 
 fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> Result<Vec<f64>, Error> {
-    const ADVICE: &str = "Sample the curve in parts";
     let (a, b) = composite.breaks().domain();
     match sampling {
-        Sampling::Count(count) => {
-            let checked = at_least("samples", *count, 2).and_then(|()| at_most("samples", *count, limits::effective().samples, ADVICE));
-            checked.at("count").at("sampling")?;
-            Ok(uniform(a, b, *count as u32))
-        }
-        Sampling::Parameters(values) => {
-            let in_values = |error: Error| error.at("values").at("sampling");
-            at_most("samples", values.len(), limits::effective().samples, ADVICE).map_err(|fault| in_values(fault.into()))?;
-            at_least("parameters", values.len(), 1).map_err(|fault| in_values(fault.into()))?;
-            // Compared and copied in one pass, as wide registers do it; searched where there is one to name.
-            let mut all_within = true;
-            let checked = values.iter().map(|&t| {
-                all_within &= (a <= t) & (t <= b);
-                t
-            });
-            let copy = checked.collect();
-            if !all_within {
-                within_domain(values, a, b).map_err(in_values)?;
-            }
-            Ok(copy)
-        }
+        Sampling::Count(count) => Ok(uniform(a, b, *count as u32)),
+        Sampling::Parameters(values) => Domain { ends: (a, b), name: "t", of: "curve" }.settle_all(values).at("values").at("sampling"),
         Sampling::Tolerance(tolerance) => {
             check_tolerance(*tolerance, composite.magnitude()).at("tolerance").at("sampling")?;
             composite.check_joined().at("curve")?;
@@ -168,23 +172,21 @@ fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> 
     }
 }
 
-/// Refuses parameters outside a domain; nothing is clamped or extrapolated.
-pub(crate) fn within_domain(values: &[f64], a: f64, b: f64) -> Result<(), Error> {
-    match values.iter().position(|t| !(a..=b).contains(t)) {
-        None => Ok(()),
-        Some(i) => {
-            let allowed = format!("the curve's domain, {a:?} <= t <= {b:?}");
-            Err(Fault::OutOfRange { what: "the parameter", value: values[i], allowed }.at(i))
-        }
+/// Refuses a tolerance that is not positive.
+///
+/// # Errors
+/// [`Fault::OutOfRange`].
+pub fn check_distance(tolerance: f64) -> Result<(), Fault> {
+    if tolerance > 0.0 && tolerance.is_finite() {
+        return Ok(());
     }
+    let allowed = "a positive distance, in the unit of the coordinates".into();
+    Err(Fault::OutOfRange { what: "tolerance", value: tolerance, allowed })
 }
 
 /// Refuses a tolerance that is not positive, or that rounding errors of coordinates this large exceed.
 pub(crate) fn check_tolerance(tolerance: f64, magnitude: f64) -> Result<(), Error> {
-    if !(tolerance > 0.0 && tolerance.is_finite()) {
-        let allowed = "a positive distance, in the unit of the coordinates".into();
-        return Err(Fault::OutOfRange { what: "tolerance", value: tolerance, allowed }.into());
-    }
+    check_distance(tolerance)?;
     let least = 64.0 * f64::EPSILON * magnitude;
     if tolerance < least { Err(Fault::ToleranceTooSmall { tolerance, least }.into()) } else { Ok(()) }
 }
@@ -220,7 +222,7 @@ pub(crate) fn flat_pieces<const D: usize>(composite: &Composite<D>, tolerance: f
                 stack.push((start, middle, left));
             }
             let least = pieces.len() + stack.len();
-            at_most("pieces or more are needed for this tolerance", least, most, "Raise the tolerance, or take the curve in parts")?;
+            at_most("pieces that this tolerance needs at the least", least, most, "Raise the tolerance, or take the curve in parts")?;
         }
     }
     Ok(pieces)

@@ -12,6 +12,7 @@ pub mod continuity;
 pub mod convert;
 pub mod curve;
 mod distance;
+pub mod domain;
 pub mod error;
 pub mod evaluate;
 pub mod fit;

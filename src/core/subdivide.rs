@@ -3,8 +3,9 @@
 use super::basis::{Basis, Bezier};
 use super::bezier_form::{evaluate, split};
 use super::curve::{Bases, Composite, Curve, Piecewise};
+use super::domain::Domain;
 use super::error::{At, Error, Fault, at_most, increasing};
-use super::evaluate::{Piece, check_tolerance, flat_pieces, within_domain};
+use super::evaluate::{Piece, check_distance, check_tolerance, flat_pieces};
 use super::knots::Breaks;
 use super::limits;
 use super::point::Point;
@@ -20,6 +21,19 @@ pub enum Cuts {
     Depth(usize),
     /// Segments in halves until every piece is this close to its chord.
     Flatness(f64),
+}
+
+impl Cuts {
+    /// What can be wrong with them whatever the curve.
+    ///
+    /// # Errors
+    /// At `tolerance`: no distance.
+    pub fn check(&self) -> Result<(), Error> {
+        match self {
+            Cuts::Flatness(tolerance) => check_distance(*tolerance).at("tolerance"),
+            Cuts::Parameters(_) | Cuts::Depth(_) => Ok(()),
+        }
+    }
 }
 
 /// In which basis the pieces are wanted.
@@ -57,8 +71,15 @@ pub struct Subdivision<const D: usize> {
 /// [`limits::SEGMENTS`]. At `form`: the family form of a curve that has none. At `curve`: a B-spline that jumps.
 pub fn subdivide<const D: usize>(curve: &Curve<D>, cuts: &Cuts, form: Form) -> Result<Subdivision<D>, Error> {
     let composite = curve.composite().at("curve")?;
+    let settled = match cuts {
+        Cuts::Parameters(values) => {
+            let domain = Domain { ends: composite.breaks().domain(), name: "t", of: "curve" };
+            domain.settle_all(values).at("values").at("at")?
+        }
+        Cuts::Depth(_) | Cuts::Flatness(_) => Vec::new(),
+    };
     let pieces = match cuts {
-        Cuts::Parameters(values) => cut_at(&composite, values).at("values"),
+        Cuts::Parameters(_) => cut_at(&composite, &settled).at("values"),
         Cuts::Depth(depth) => halved(&composite, *depth).at("depth"),
         Cuts::Flatness(tolerance) => flat(&composite, *tolerance).at("tolerance"),
     };
@@ -67,7 +88,10 @@ pub fn subdivide<const D: usize>(curve: &Curve<D>, cuts: &Cuts, form: Form) -> R
     cut.check_joined().at("curve")?;
     let (in_family, (pieces_curve, condition)) = assemble(curve, &cut, &pieces, form)?;
     let (split_parameters, split_points) = match cuts {
-        Cuts::Parameters(values) => (values.clone(), work::collect(values.iter().map(|&t| point_at(&composite, t)))?),
+        Cuts::Parameters(_) => {
+            let points = work::collect(settled.iter().map(|&t| point_at(&composite, t)))?;
+            (settled, points)
+        }
         _ => new_joints(&composite, &cut),
     };
     Ok(Subdivision { curve: pieces_curve, split_parameters, split_points, in_family, condition })
@@ -91,10 +115,8 @@ fn new_joints<const D: usize>(composite: &Composite<D>, cut: &Composite<D>) -> (
     ends.filter(|&(&t, _)| is_new(t)).map(|(&t, points)| (t, points[points.len() - 1])).unzip()
 }
 
-/// Cuts each segment at the parameters inside it, from left to right.
+/// Cuts each segment at the parameters inside it, from left to right; all are inside the domain.
 fn cut_at<const D: usize>(composite: &Composite<D>, values: &[f64]) -> Result<Vec<Piece<D>>, Error> {
-    let (a, b) = composite.breaks().domain();
-    within_domain(values, a, b)?;
     increasing("split parameters", values, true)?;
     let most = limits::effective().segments.saturating_sub(composite.breaks().segments());
     at_most("cuts", values.len(), most, "Cut the curve in parts")?;

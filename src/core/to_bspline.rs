@@ -44,6 +44,18 @@ pub struct Conversion<const D: usize> {
     pub tolerance: f64,
 }
 
+/// Refuses a tolerance that is no fraction.
+///
+/// # Errors
+/// [`Fault::OutOfRange`].
+pub fn check_tolerance(tolerance: f64) -> Result<(), Fault> {
+    if tolerance > 0.0 && tolerance < 1.0 {
+        return Ok(());
+    }
+    let allowed = "0 < tolerance < 1, relative to the derivatives compared".into();
+    Err(Fault::OutOfRange { what: "tolerance", value: tolerance, allowed })
+}
+
 /// Converts a curve: degree that of its segments, each joint a knot of the lowest multiplicity,
 /// `degree - k`, that its measured continuity `C^k` allows; where the segments are one polynomial,
 /// no knot at all. Clamped knots are repeated more often where rounding demands it.
@@ -52,10 +64,7 @@ pub struct Conversion<const D: usize> {
 /// # Errors
 /// At `tolerance`: not positive or 1 and more. At `knots`: uniform or periodic knots that the curve does not allow.
 pub fn to_bspline<const D: usize>(curve: &Curve<D>, style: KnotStyle, tolerance: f64) -> Result<Conversion<D>, Error> {
-    if !(tolerance > 0.0 && tolerance < 1.0) {
-        let allowed = "0 < tolerance < 1, relative to the derivatives compared".into();
-        return Err(Fault::OutOfRange { what: "tolerance", value: tolerance, allowed }.at("tolerance"));
-    }
+    check_tolerance(tolerance).at("tolerance")?;
     let composite = curve.composite().at("curve")?;
     let found = parametric_orders(&composite, curve.closed(), tolerance)?;
     let realized = |plan| realize(plan, &composite, curve.closed(), tolerance);

@@ -5,10 +5,12 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Basis, Whole, list, need, whole};
+use super::json::Request;
+use super::wire::{Basis, Whole, list, part, whole};
 use crate::core::basis::Properties;
 use crate::core::basis_functions as core;
-use crate::core::error::{At, Error};
+use crate::core::curve::within_degrees;
+use crate::core::error::{At, Error, both};
 use crate::core::limits;
 
 crate::object! {
@@ -134,14 +136,19 @@ fn is_small(request: &BasisRequest) -> bool {
     request.order.is_none_or(|order| order.0 <= 16) && request.count.is_none_or(|count| count.0 <= 100)
 }
 
+impl Request for BasisRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.basis, self.order, self.count).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::basis_functions`] refuses, with its place in the request.
 pub fn operation(request: BasisRequest) -> Result<BasisAnswer, Error> {
-    let basis = need(request.basis, "basis")?.parse().at("basis")?;
-    let count = request.count.map_or(101, |whole| whole.0);
-    let sampled = core::basis_functions(&basis, need(request.order, "order")?.0, count)?;
+    let (basis, order, count) = parts(request.basis, request.order, request.count)?;
+    let sampled = core::basis_functions(&basis, order, count)?;
     Ok(BasisAnswer {
         degree: Some(Whole(sampled.degree)),
         domain: Some(vec![sampled.domain.0, sampled.domain.1]),
@@ -151,6 +158,13 @@ pub fn operation(request: BasisRequest) -> Result<BasisAnswer, Error> {
         condition: sampled.condition.is_finite().then_some(sampled.condition),
         properties: Some(table(sampled.properties)),
     })
+}
+
+fn parts(basis: Option<Basis>, order: Option<Whole>, count: Option<Whole>) -> Result<(crate::core::basis::Basis, usize, usize), Error> {
+    let count = count.map_or(101, |whole| whole.0);
+    let order = part(order, "order", |order| Ok(within_degrees("order", order.0).map(|()| order.0)?));
+    let ((basis, order), ()) = both(both(part(basis, "basis", Basis::parse), order), core::check_count(count).at("count"))?;
+    Ok((basis, order, count))
 }
 
 /// Chen 2013 Table 1, but for the row that counts parameters.

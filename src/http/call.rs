@@ -10,7 +10,6 @@ use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use http_body_util::BodyExt;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use tokio::time::{Instant, timeout};
 
 use super::budget::{NoRoom, Reservation};
@@ -125,7 +124,7 @@ impl Call {
     /// Answers with JSON; `is_small` says which requests cost less than handing them to another thread is worth.
     pub async fn json<Request, Answer>(self, operation: fn(Request) -> Result<Answer, Error>, is_small: fn(&Request) -> bool) -> Response
     where
-        Request: DeserializeOwned + Send + 'static,
+        Request: json::Request + Send + 'static,
         Answer: Serialize + 'static,
     {
         self.answer(&["application/json", RAW], operation, is_small, json::write).await
@@ -134,7 +133,7 @@ impl Call {
     /// Answers with a picture.
     pub async fn svg<Request>(self, operation: fn(Request) -> Result<String, Error>) -> Response
     where
-        Request: DeserializeOwned + Send + 'static,
+        Request: json::Request + Send + 'static,
     {
         let write: Writer<String> = |text, _, paper| operations::picture(text, paper);
         self.answer(&["image/svg+xml"], operation, |_| false, write).await
@@ -148,7 +147,7 @@ impl Call {
         write: Writer<Answer>,
     ) -> Response
     where
-        Request: DeserializeOwned + Send + 'static,
+        Request: json::Request + Send + 'static,
         Answer: 'static,
     {
         let media_type = match negotiate::wanted(&self.headers, offered) {
@@ -178,14 +177,15 @@ impl Call {
         write: Writer<Answer>,
     ) -> Result<Sheets, Problem>
     where
-        Request: DeserializeOwned + Send + 'static,
+        Request: json::Request + Send + 'static,
         Answer: 'static,
     {
         let Call { service, body, form, shape, deadline, .. } = self;
         let written_by = service.clone();
-        let written = move |request: Request| -> Result<Sheets, Problem> {
+        // With the body, where it is still there, faults come in its order.
+        let written = move |request: Request, body: &[u8]| -> Result<Sheets, Problem> {
             let mut paper = Paper::new(&written_by.budget).with_hands(1 + written_by.pool.idle());
-            write(&operation(request)?, shape, &mut paper)?;
+            write(&operation(request).map_err(|error| json::refused(error, body))?, shape, &mut paper)?;
             Ok(paper.finish())
         };
         let max_depth = service.max_depth;
@@ -193,15 +193,15 @@ impl Call {
             let job = move || {
                 let request = read(&body.bytes, form, max_depth);
                 drop(body);
-                written(request?)
+                written(request?, &[])
             };
             service.pool.run(deadline, job).await
         } else {
             let request: Request = read(&body.bytes, form, max_depth)?;
             if is_small(&request) {
-                catch_unwind(AssertUnwindSafe(|| written(request))).map_err(|_| Failure::Panicked)
+                catch_unwind(AssertUnwindSafe(|| written(request, &body.bytes))).map_err(|_| Failure::Panicked)
             } else {
-                service.pool.run(deadline, move || written(request)).await
+                service.pool.run(deadline, move || written(request, &body.bytes)).await
             }
         };
         match result {
@@ -212,7 +212,7 @@ impl Call {
     }
 }
 
-fn read<Request: DeserializeOwned>(body: &Bytes, form: Form, max_depth: usize) -> Result<Request, Problem> {
+fn read<Request: json::Request>(body: &Bytes, form: Form, max_depth: usize) -> Result<Request, Problem> {
     let read = |text: &[u8]| {
         json::check_depth(text, max_depth)?;
         json::from_bytes(text)

@@ -5,11 +5,13 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
+use super::json::Request;
 use super::wire::{Continuity, Curve, Dimensioned, ReportStyle, list, need, number};
 use crate::core::continuity as core;
 use crate::core::curve::{self, Composite};
-use crate::core::error::{At, Error, Fault, at_most};
+use crate::core::error::{At, Error, Fault, at_most, both};
 use crate::core::limits;
+use crate::core::to_bspline::check_tolerance;
 
 crate::object! {
     /// A curve, or curves laid end to end, to measure.
@@ -75,51 +77,72 @@ fn is_small(request: &ContinuityRequest) -> bool {
     request.curve.as_ref().is_none_or(Curve::is_small) && request.curves.as_ref().is_none_or(small)
 }
 
+impl Request for ContinuityRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Faults of the curves, contradictions, and tolerances out of range, each at its place in the request.
 pub fn operation(request: ContinuityRequest) -> Result<ContinuityAnswer, Error> {
-    let tolerance = tolerance(request.tolerance, request.gap_tolerance)?;
     let style = request.report.unwrap_or(ReportStyle::Full);
-    let closed = request.closed;
-    match (request.curve, request.curves) {
-        (Some(_), Some(_)) => Err(Fault::Contradiction("give `curve` or `curves`, not both".into()).at("curves")),
-        (Some(_), None) if closed.is_some() => {
-            Err(Fault::Contradiction("a curve says itself whether it is closed; `closed` goes with `curves`".into()).at("closed"))
-        }
-        (Some(curve), None) => match curve.parse().at("curve")? {
-            Dimensioned::Plane(curve) => report(&curve.composite().at("curve")?, curve.closed(), tolerance, style),
-            Dimensioned::Space(curve) => report(&curve.composite().at("curve")?, curve.closed(), tolerance, style),
-        },
-        (None, curves) => {
-            let curves = need(curves, "curve` or `curves")?;
-            at_most("curves", curves.len(), limits::effective().segments, "Measure them in groups").at("curves")?;
-            laid_end_to_end(curves, closed.unwrap_or(false), tolerance, style)
-        }
+    let (measured, tolerance) = parts(request)?;
+    match measured {
+        Measured::One(Dimensioned::Plane(curve)) => report(&curve.composite().at("curve")?, curve.closed(), tolerance, style),
+        Measured::One(Dimensioned::Space(curve)) => report(&curve.composite().at("curve")?, curve.closed(), tolerance, style),
+        Measured::Several(curves, closed) => laid_end_to_end(curves, closed, tolerance, style),
     }
+}
+
+type Curves = Dimensioned<Vec<curve::Curve<2>>, Vec<curve::Curve<3>>>;
+
+/// What is measured: a curve, or curves laid end to end, closed or not.
+enum Measured {
+    One(Dimensioned),
+    Several(Curves, bool),
+}
+
+fn parts(request: ContinuityRequest) -> Result<(Measured, core::Tolerance), Error> {
+    let tolerance = tolerance(request.tolerance, request.gap_tolerance);
+    let contradiction = |why: &str, field| Err(Fault::Contradiction(why.into()).at(field));
+    let measured = match (request.curve, request.curves) {
+        (Some(_), Some(_)) => contradiction("give `curve` or `curves`, not both", "curves"),
+        (Some(_), None) if request.closed.is_some() => {
+            contradiction("a curve says itself whether it is closed; `closed` goes with `curves`", "closed")
+        }
+        (Some(curve), None) => curve.parse().at("curve").map(Measured::One),
+        (None, curves) => need(curves, "curve` or `curves").and_then(|curves| several(curves, request.closed.unwrap_or(false))),
+    };
+    both(measured, tolerance)
+}
+
+fn several(curves: Vec<Curve>, closed: bool) -> Result<Measured, Error> {
+    at_most("curves", curves.len(), limits::effective().segments, "Measure them in groups").at("curves")?;
+    Ok(Measured::Several(Dimensioned::parse_list(curves).at("curves")?, closed))
 }
 
 fn tolerance(relative: Option<f64>, gap: Option<f64>) -> Result<core::Tolerance, Error> {
     let default = core::Tolerance::default();
     let tolerance = core::Tolerance { relative: relative.unwrap_or(default.relative), gap: gap.unwrap_or(default.gap) };
-    if !(tolerance.relative > 0.0 && tolerance.relative < 1.0) {
-        let allowed = "0 < tolerance < 1, relative to the derivatives compared".into();
-        return Err(Fault::OutOfRange { what: "tolerance", value: tolerance.relative, allowed }.at("tolerance"));
-    }
-    if tolerance.gap < 0.0 {
+    let gap = if tolerance.gap < 0.0 {
         let allowed = "0 or more, in the unit of the coordinates".into();
-        return Err(Fault::OutOfRange { what: "gap_tolerance", value: tolerance.gap, allowed }.at("gap_tolerance"));
-    }
+        Err(Fault::OutOfRange { what: "gap_tolerance", value: tolerance.gap, allowed }.at("gap_tolerance"))
+    } else {
+        Ok(())
+    };
+    both(check_tolerance(tolerance.relative).at("tolerance"), gap)?;
     Ok(tolerance)
 }
 
-fn laid_end_to_end(curves: Vec<Curve>, closed: bool, tolerance: core::Tolerance, style: ReportStyle) -> Result<ContinuityAnswer, Error> {
+fn laid_end_to_end(curves: Curves, closed: bool, tolerance: core::Tolerance, style: ReportStyle) -> Result<ContinuityAnswer, Error> {
     fn all<const D: usize>(curves: &[curve::Curve<D>]) -> Result<Composite<D>, Error> {
         let parts = curves.iter().enumerate().map(|(i, curve)| curve.composite().at(i));
         Composite::end_to_end(&parts.collect::<Result<Vec<_>, _>>()?)
     }
-    match Dimensioned::parse_list(curves).at("curves")? {
+    match curves {
         Dimensioned::Plane(curves) => report(&all(&curves).at("curves")?, closed, tolerance, style),
         Dimensioned::Space(curves) => report(&all(&curves).at("curves")?, closed, tolerance, style),
     }

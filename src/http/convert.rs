@@ -5,10 +5,11 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Curve, Dimensioned, Points, Target, Vector, Whole, need};
+use super::json::Request;
+use super::wire::{Curve, Dimensioned, Points, Target, Vector, Whole, part};
 use crate::core::convert as core;
 use crate::core::curve;
-use crate::core::error::{At, Error};
+use crate::core::error::{Error, both};
 use crate::core::point::Point;
 
 crate::object! {
@@ -85,17 +86,26 @@ fn is_small(request: &ConvertRequest) -> bool {
     request.curve.as_ref().is_none_or(Curve::is_small)
 }
 
+impl Request for ConvertRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.curve, self.to).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::convert`] refuses, with its place in the request.
 pub fn operation(request: ConvertRequest) -> Result<ConvertAnswer, Error> {
-    let basis = need(request.to, "to")?.into_basis().parse().at("to")?;
     let order = request.order.map(|whole| whole.0);
-    match need(request.curve, "curve")?.parse().at("curve")? {
-        Dimensioned::Plane(curve) => convert(&curve, basis, order),
-        Dimensioned::Space(curve) => convert(&curve, basis, order),
+    match parts(request.curve, request.to)? {
+        (Dimensioned::Plane(curve), basis) => convert(&curve, basis, order),
+        (Dimensioned::Space(curve), basis) => convert(&curve, basis, order),
     }
+}
+
+fn parts(curve: Option<Curve>, to: Option<Target>) -> Result<(Dimensioned, crate::core::basis::Basis), Error> {
+    both(part(curve, "curve", Curve::parse), part(to, "to", |to| to.into_basis().parse()))
 }
 
 fn convert<const D: usize>(curve: &curve::Curve<D>, basis: crate::core::basis::Basis, order: Option<usize>) -> Result<ConvertAnswer, Error>

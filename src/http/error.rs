@@ -7,6 +7,7 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::wire::tolerant::Misfit;
 use crate::core::error::{Error, Fault};
 
 /// A problem (RFC 9457), the body of every answer that is not a success.
@@ -68,6 +69,28 @@ impl Problem {
         Problem { errors: Box::new([Item { pointer, code, detail }]), ..Problem::new(status, code, title, what) }
     }
 
+    /// The problem of a request with these faults, of `total` in all. What is said of the request as a whole is that of the first
+    /// fault of the most basic kind: the shape before the mathematics.
+    pub fn of_all(faults: Vec<FoundFault>, total: usize) -> Self {
+        let lead = faults.iter().find(|fault| fault.status == StatusCode::BAD_REQUEST).or(faults.first());
+        let Some(lead) = lead.cloned() else { return Problem::internal() };
+        let mut problem = Problem::at(lead.status, lead.item.code, lead.title, lead.item.pointer, lead.item.detail);
+        match total {
+            0 | 1 => {}
+            2 => problem.detail.push_str(" (and 1 more fault; see errors)"),
+            ..=LISTED => problem.detail.push_str(&format!(" (and {} more faults; see errors)", total - 1)),
+            _ => problem.detail.push_str(&format!(" (and more than {} more faults; errors lists the first {LISTED})", LISTED - 1)),
+        }
+        problem.errors = faults.into_iter().take(LISTED).map(|fault| fault.item).collect();
+        problem
+    }
+
+    /// The same problem with the values at fault.
+    pub fn with_faults(mut self, misfits: Vec<Misfit>) -> Self {
+        self.errors = misfits.into_iter().take(LISTED).map(|misfit| FoundFault::from(misfit).item).collect();
+        self
+    }
+
     /// The same problem with the position in the text.
     pub fn with_position(self, line: usize, column: usize) -> Self {
         let known = |position| u32::try_from(position).ok();
@@ -103,6 +126,46 @@ impl Problem {
     }
 }
 
+/// As many faults are listed.
+const LISTED: usize = 20;
+
+/// A fault of a value, and what it makes of the request.
+#[derive(Debug, Clone)]
+pub struct FoundFault {
+    status: StatusCode,
+    title: &'static str,
+    item: Item,
+}
+
+impl FoundFault {
+    /// Where it is.
+    pub fn pointer(&self) -> &str {
+        &self.item.pointer
+    }
+
+    /// Whether something is not there.
+    pub fn is_absence(&self) -> bool {
+        self.item.code == "missing_field"
+    }
+}
+
+impl From<Error> for FoundFault {
+    fn from(error: Error) -> Self {
+        let (status, code, title) = classify(&error.fault);
+        FoundFault { status, title, item: Item { pointer: error.place.to_string(), code, detail: error.fault.to_string() } }
+    }
+}
+
+impl From<Misfit> for FoundFault {
+    fn from(Misfit { pointer, code, detail, .. }: Misfit) -> Self {
+        let (status, title) = match code {
+            "too_large" => (StatusCode::PAYLOAD_TOO_LARGE, "Beyond a limit"),
+            _ => (StatusCode::BAD_REQUEST, "The JSON is not the shape of this request"),
+        };
+        FoundFault { status, title, item: Item { pointer, code, detail } }
+    }
+}
+
 /// Status, code and title of each fault of the core.
 fn classify(fault: &Fault) -> (StatusCode, &'static str, &'static str) {
     use StatusCode as S;
@@ -126,6 +189,8 @@ fn classify(fault: &Fault) -> (StatusCode, &'static str, &'static str) {
         Fault::ToleranceTooSmall { .. } => (S::UNPROCESSABLE_ENTITY, "tolerance_too_small", "The tolerance is below rounding"),
         Fault::ToleranceNotMet { .. } => (S::UNPROCESSABLE_ENTITY, "tolerance_not_met", "The tolerance cannot be met"),
         Fault::Overflow => (S::UNPROCESSABLE_ENTITY, "overflow", "The result is beyond double precision"),
+        // Every fault of several is classified by itself.
+        Fault::Several(_) => (S::UNPROCESSABLE_ENTITY, "several", "Several faults"),
         // The client that waited too long has been answered already.
         Fault::Cancelled => (S::GATEWAY_TIMEOUT, "deadline", "The deadline has passed"),
     }
@@ -133,8 +198,9 @@ fn classify(fault: &Fault) -> (StatusCode, &'static str, &'static str) {
 
 impl From<Error> for Problem {
     fn from(error: Error) -> Self {
-        let (status, code, title) = classify(&error.fault);
-        Problem::at(status, code, title, error.place.to_string(), error.fault.to_string())
+        let faults: Vec<FoundFault> = error.each().into_iter().map(FoundFault::from).collect();
+        let total = faults.len();
+        Problem::of_all(faults, total)
     }
 }
 

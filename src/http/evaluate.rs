@@ -5,9 +5,10 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Curve, Dimensioned, Points, Whole, list, need, number, whole};
+use super::json::Request;
+use super::wire::{Curve, Dimensioned, Points, Whole, list, need, number, part, whole};
 use crate::core::curve;
-use crate::core::error::{At, Error, Place};
+use crate::core::error::{At, Error, Place, both};
 use crate::core::evaluate as core;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -158,25 +159,45 @@ fn is_small(request: &EvaluateRequest) -> bool {
     samples.is_some_and(|samples| samples.saturating_mul(each) <= 1_000) && request.curve.as_ref().is_none_or(Curve::is_small)
 }
 
+impl Request for EvaluateRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.curve, self.sampling, self.derivatives).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::evaluate`] refuses, with its place in the request.
 pub fn operation(request: EvaluateRequest) -> Result<EvaluateAnswer, Error> {
-    match need(request.curve.clone(), "curve")?.parse().at("curve")? {
-        Dimensioned::Plane(curve) => sample(&curve, request),
-        Dimensioned::Space(curve) => sample(&curve, request),
+    let asked = request.quantities.unwrap_or_default();
+    let (curve, sampling, orders) = parts(request.curve, request.sampling, request.derivatives)?;
+    match curve {
+        Dimensioned::Plane(curve) => sample(&curve, sampling, orders, &asked),
+        Dimensioned::Space(curve) => sample(&curve, sampling, orders, &asked),
     }
 }
 
-fn sample<const D: usize>(curve: &curve::Curve<D>, request: EvaluateRequest) -> Result<EvaluateAnswer, Error>
+/// What is computed from; the tolerance beside the sampling is to be echoed.
+type Parts = (Dimensioned, (core::Sampling, Option<f64>), usize);
+
+fn parts(curve: Option<Curve>, sampling: Option<Sampling>, derivatives: Option<Whole>) -> Result<Parts, Error> {
+    let orders = derivatives.map_or(0, |whole| whole.0);
+    let parts = both(part(curve, "curve", Curve::parse), part(sampling, "sampling", Sampling::parse));
+    let ((curve, sampling), ()) = both(parts, core::check_orders(orders).at("derivatives"))?;
+    Ok((curve, sampling, orders))
+}
+
+fn sample<const D: usize>(
+    curve: &curve::Curve<D>,
+    (sampling, tolerance): (core::Sampling, Option<f64>),
+    orders: usize,
+    asked: &[Quantity],
+) -> Result<EvaluateAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {
-    let (sampling, tolerance) = need(request.sampling, "sampling")?.parse().at("sampling")?;
-    let asked = request.quantities.unwrap_or_default();
-    let orders = request.derivatives.map_or(0, |whole| whole.0);
-    let samples = core::evaluate(curve, &sampling, orders, quantities(&asked)).map_err(|error| name_torsion(error, &asked))?;
+    let samples = core::evaluate(curve, &sampling, orders, quantities(asked)).map_err(|error| name_torsion(error, asked))?;
     let frames = samples.frames;
     let has = |quantity| asked.contains(&quantity);
     let degenerate = frames.degenerate.iter().map(|d| Degenerate::of(*d, &samples.parameters)).collect();
@@ -217,11 +238,12 @@ fn quantities(asked: &[Quantity]) -> core::Quantities {
 impl Sampling {
     /// The core's sampling, and the tolerance to echo.
     fn parse(self) -> Result<(core::Sampling, Option<f64>), Error> {
-        Ok(match self.kind()? {
+        let (sampling, tolerance) = match self.kind()? {
             SamplingKind::Count => (core::Sampling::Count(need(self.count, "count")?.0), None),
             SamplingKind::Parameters => (core::Sampling::Parameters(need(self.values, "values")?), None),
             SamplingKind::Tolerance => (core::Sampling::Tolerance(need(self.tolerance, "tolerance")?), self.tolerance),
-        })
+        };
+        sampling.check().map(|()| (sampling, tolerance))
     }
 }
 

@@ -5,8 +5,9 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Basis, Curve, Points, Whole, need, number, whole};
-use crate::core::error::{At, Error, Fault};
+use super::json::Request;
+use super::wire::{Basis, Curve, Points, Whole, need, number, part, whole};
+use crate::core::error::{At, Error, Fault, both};
 use crate::core::fit as core;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -174,6 +175,19 @@ pub async fn post(call: Call) -> Response {
     call.json(operation, |_| false).await
 }
 
+impl Request for FitRequest {
+    fn check(self) -> Result<(), Error> {
+        let points = need(self.points.as_ref(), "points").map(drop);
+        let options = match self.points {
+            Some(Points::Plane(_)) => options(self, Points::plane).map(drop),
+            Some(Points::Space(_)) => options(self, Points::space).map(drop),
+            // A polygon may have any dimension.
+            None => options::<2>(self, |_| Ok(Vec::new())).map(drop),
+        };
+        both(points, options).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
@@ -193,23 +207,12 @@ fn fit<const D: usize>(
 where
     Points: From<Vec<Point<D>>>,
 {
-    let solve = need(request.solve, "solve")?;
-    let tolerance = solve.tolerance;
-    let parameterization = request.parameterization.unwrap_or_else(|| FitParameterization::of(FitParameterizationKind::ChordLength));
-    let used = parameterization.kind().at("parameterization")?;
-    let polygon_given = solve.kind == Some(SolveKind::Shape);
-    let ends = request.ends.unwrap_or(if polygon_given { Ends::Free } else { Ends::Interpolate });
+    let tolerance = request.solve.as_ref().and_then(|solve| solve.tolerance);
+    let given = request.parameterization.as_ref().and_then(|parameterization| parameterization.kind);
+    let used = given.unwrap_or(FitParameterizationKind::ChordLength);
+    let ends = ends(&request);
     let parameter_correction = request.parameter_correction.unwrap_or(false);
-    let options = core::Options {
-        weights: request.weights,
-        parameters: parameterization.parse().at("parameterization")?,
-        ends: match ends {
-            Ends::Interpolate => core::Ends::Interpolate,
-            Ends::Free => core::Ends::Free,
-        },
-        parameter_correction,
-        solve: solve.parse(same_dimension).at("solve")?,
-    };
+    let options = options(request, same_dimension)?;
     let fit = core::fit(points, options)?;
     Ok(FitAnswer {
         curve: Some(Curve::of_core(fit.curve)),
@@ -224,6 +227,27 @@ where
         parameter_correction: Some(parameter_correction),
         tolerance,
     })
+}
+
+/// What is done at the ends.
+fn ends(request: &FitRequest) -> Ends {
+    let polygon_given = request.solve.as_ref().is_some_and(|solve| solve.kind == Some(SolveKind::Shape));
+    request.ends.unwrap_or(if polygon_given { Ends::Free } else { Ends::Interpolate })
+}
+
+fn options<const D: usize>(
+    request: FitRequest,
+    same_dimension: fn(Points) -> Result<Vec<Point<D>>, Error>,
+) -> Result<core::Options<D>, Error> {
+    let ends = match ends(&request) {
+        Ends::Interpolate => core::Ends::Interpolate,
+        Ends::Free => core::Ends::Free,
+    };
+    let rule = request.parameterization.unwrap_or_else(|| FitParameterization::of(FitParameterizationKind::ChordLength));
+    let solve = part(request.solve, "solve", |solve| solve.parse(same_dimension));
+    let (parameters, solve) = both(rule.parse().at("parameterization"), solve)?;
+    let parameter_correction = request.parameter_correction.unwrap_or(false);
+    Ok(core::Options { weights: request.weights, parameters, ends, parameter_correction, solve })
 }
 
 impl FitParameterization {

@@ -5,10 +5,12 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Basis, Continuity, Curve, EndCondition, Parameterization, Points, ReportStyle, bases, need};
+use super::json::Request;
+use super::wire::{Basis, Continuity, Curve, EndCondition, Parameterization, Points, ReportStyle, Vector, bases, need};
 use crate::core::curve;
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{At, Error, Fault, both};
 use crate::core::interpolate as core;
+use crate::core::parameterization;
 use crate::core::point::Point;
 
 crate::object! {
@@ -86,6 +88,20 @@ fn is_small(request: &InterpolateRequest) -> bool {
     request.points.as_ref().is_none_or(|points| points.len() <= 256) && request.bases.as_ref().is_none_or(|bases| bases.len() <= 8)
 }
 
+impl Request for InterpolateRequest {
+    fn check(self) -> Result<(), Error> {
+        let points = need(self.points.as_ref(), "points").map(drop);
+        // The vectors are to have the dimension of the points, or at least one of their own.
+        let is_space = |end: &Option<EndCondition>| matches!(end, Some(EndCondition { vector: Some(Vector::Space(_)), .. }));
+        let in_space = match &self.points {
+            Some(points) => matches!(points, Points::Space(_)),
+            None => is_space(&self.start) || is_space(&self.end),
+        };
+        let parts = if in_space { parts::<3>(self).map(drop) } else { parts::<2>(self).map(drop) };
+        both(points, parts).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
@@ -102,27 +118,36 @@ where
     Points: From<Vec<Point<D>>>,
 {
     let closed = request.closed.unwrap_or(false);
-    for (name, end) in [("start", &request.start), ("end", &request.end)] {
-        if closed && end.is_some() {
-            let why = format!("a closed curve has no {name}; leave `{name}` out, or `closed`");
-            return Err(Fault::Contradiction(why).at(name));
-        }
-    }
-    let end_of = |end: Option<EndCondition>| (!closed).then(|| end.unwrap_or_else(EndCondition::default_end));
-    let (start, end) = (end_of(request.start), end_of(request.end));
-    let shape = match (&start, &end) {
-        (Some(start), Some(end)) => core::Shape::Open(start.parse().at("start")?, end.parse().at("end")?),
-        _ => core::Shape::Closed,
-    };
-    let parameterization = request.parameterization.unwrap_or_else(Parameterization::default_rule);
-    let rule = parameterization.clone().parse().at("parameterization")?;
-    let result = core::interpolate(points, shape, bases(request.basis, request.bases)?, &rule)?;
+    let echo = |end: &Option<EndCondition>| (!closed).then(|| end.clone().unwrap_or_else(EndCondition::default_end));
+    let (start, end) = (echo(&request.start), echo(&request.end));
+    let parameterization = request.parameterization.clone().unwrap_or_else(Parameterization::default_rule);
+    let report = request.report;
+    let (shape, bases, rule) = parts(request)?;
+    let result = core::interpolate(points, shape, bases, &rule)?;
     Ok(InterpolateAnswer {
-        continuity: Some(Continuity::of_core(&result.continuity, request.report.unwrap_or(ReportStyle::Full))),
+        continuity: Some(Continuity::of_core(&result.continuity, report.unwrap_or(ReportStyle::Full))),
         curve: Some(Curve::of_core(curve::Curve::Piecewise(result.curve))),
         condition: Some(result.condition),
         parameterization: Some(parameterization),
         start,
         end,
     })
+}
+
+/// All but the points.
+type Parts<const D: usize> = (core::Shape<D>, curve::Bases, parameterization::Parameterization);
+
+fn parts<const D: usize>(request: InterpolateRequest) -> Result<Parts<D>, Error> {
+    let closed = request.closed.unwrap_or(false);
+    let end_of = |end: Option<EndCondition>, name: &'static str| {
+        if closed && end.is_some() {
+            let why = format!("a closed curve has no {name}; leave `{name}` out, or `closed`");
+            return Err(Fault::Contradiction(why).at(name));
+        }
+        end.unwrap_or_else(EndCondition::default_end).parse().at(name)
+    };
+    let ends = both(end_of(request.start, "start"), end_of(request.end, "end"));
+    let rule = request.parameterization.unwrap_or_else(Parameterization::default_rule).parse().at("parameterization");
+    let ((bases, rule), (start, end)) = both(both(bases(request.basis, request.bases), rule), ends)?;
+    Ok((if closed { core::Shape::Closed } else { core::Shape::Open(start, end) }, bases, rule))
 }

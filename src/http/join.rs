@@ -5,9 +5,10 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, list, need};
+use super::json::Request;
+use super::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, list, need, part};
 use crate::core::curve::{self, Single};
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{At, Error, Fault, both};
 use crate::core::join as core;
 use crate::core::point::Point;
 
@@ -97,19 +98,29 @@ pub async fn post(call: Call) -> Response {
     call.json(operation, |_| false).await
 }
 
+impl Request for JoinRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.curves, self.smoothness).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::join`] refuses, with its place in the request.
 pub fn operation(request: JoinRequest) -> Result<JoinAnswer, Error> {
-    let curves = need(request.curves, "curves")?;
-    let smoothness = need(request.smoothness, "smoothness")?;
     let movable = request.movable.unwrap_or(Movable::Both);
     let style = request.report.unwrap_or(ReportStyle::Full);
-    match Dimensioned::parse_list(curves).at("curves")? {
-        Dimensioned::Plane(curves) => join(curves, smoothness, movable, style),
-        Dimensioned::Space(curves) => join(curves, smoothness, movable, style),
+    match parts(request.curves, request.smoothness)? {
+        (Dimensioned::Plane(curves), smoothness) => join(curves, smoothness, movable, style),
+        (Dimensioned::Space(curves), smoothness) => join(curves, smoothness, movable, style),
     }
+}
+
+type Curves = Dimensioned<Vec<curve::Curve<2>>, Vec<curve::Curve<3>>>;
+
+fn parts(curves: Option<Vec<Curve>>, smoothness: Option<Smoothness>) -> Result<(Curves, Smoothness), Error> {
+    both(part(curves, "curves", Dimensioned::parse_list), need(smoothness, "smoothness"))
 }
 
 fn join<const D: usize>(

@@ -5,92 +5,137 @@ use std::io;
 use axum::http::StatusCode;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_path_to_error::{Path, Segment};
+use serde_json::value::RawValue;
 
 use super::budget::Budget;
-use super::error::Problem;
+use super::error::{FoundFault, Problem};
 use super::paper::{Paper, Stopped};
 use super::shape::Shape;
-use super::wire::TOO_LONG;
+use super::wire::tolerant::{self, Misfit};
 use super::writer;
 use crate::core::error::{Error, Fault};
 use crate::core::work::checkpoint;
 
+/// What the body of an operation is.
+pub trait Request: DeserializeOwned {
+    /// Checks every part by itself, as far as it is there.
+    ///
+    /// # Errors
+    /// What is wrong with the parts; nothing is computed.
+    fn check(self) -> Result<(), Error>;
+}
+
 /// Reads a request.
 ///
 /// # Errors
-/// A problem with status 400, a pointer to the value at fault, and line and column.
-pub fn from_bytes<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
-    // The fast way knows no path; only a failure is read again with one.
+/// A problem with status 400, a pointer to each value at fault, and line and column of the first.
+pub fn from_bytes<T: Request>(body: &[u8]) -> Result<T, Problem> {
+    // The fast way ends at the first fault and does not know its place; only then the body is read again.
     serde_json::from_slice(body).or_else(|error| {
         checkpoint()?;
-        Err(explain::<T>(body, &error))
+        let problem = explain::<T>(body, &error);
+        checkpoint()?;
+        Err(problem)
     })
 }
 
-fn explain<T: DeserializeOwned>(body: &[u8], error: &serde_json::Error) -> Problem {
+fn explain<T: Request>(body: &[u8], error: &serde_json::Error) -> Problem {
     if body.trim_ascii().is_empty() {
         return not_json("the body is empty; send a JSON object").with_position(1, 1);
     }
     if body.starts_with("\u{feff}".as_bytes()) {
         return not_json("the body starts with a byte order mark; leave it out").with_position(1, 1);
     }
-    let mut deserializer = serde_json::Deserializer::from_slice(body);
-    let pointer = match serde_path_to_error::deserialize::<_, T>(&mut deserializer) {
-        Err(tracked) => pointer(tracked.path()),
-        Ok(_) => String::new(), // the fault comes after the value
+    let text: &RawValue = match serde_json::from_slice(body) {
+        Ok(text) => text,
+        // The first reader stopped where the text breaks, or at a fault before.
+        Err(later) => return broken(if error.is_data() { &later } else { error }),
     };
-    let text = error.to_string();
-    let message = text.rsplit_once(" at line ").map_or(text.as_str(), |(message, _)| message);
-    let (code, title) = kind_of(error, message);
-    let status = if code == "too_large" { StatusCode::PAYLOAD_TOO_LARGE } else { StatusCode::BAD_REQUEST };
-    Problem::at(status, code, title, pointer, in_json_terms(message)).with_position(error.line(), error.column().max(1))
+    let (request, misfits, count) = tolerant::read::<T>(text);
+    if misfits.is_empty() {
+        return broken(error);
+    }
+    let semantic = request.and_then(|request| request.check().err()).map_or(Vec::new(), Error::each);
+    let semantic: Vec<Error> = semantic.into_iter().filter(|error| !depends_on(error, &misfits)).collect();
+    let total = count + semantic.len();
+    let faults = misfits.into_iter().map(FoundFault::from).chain(semantic.into_iter().map(FoundFault::from));
+    Problem::of_all(in_order(faults.collect(), text), total).with_position(error.line(), error.column().max(1))
+}
+
+/// What the text itself breaks.
+fn broken(error: &serde_json::Error) -> Problem {
+    not_json(&in_json_terms(error)).with_position(error.line(), error.column().max(1))
 }
 
 fn not_json(detail: &str) -> Problem {
     Problem::at(StatusCode::BAD_REQUEST, "not_json", "The body is not JSON", String::new(), detail.into())
 }
 
-fn kind_of(error: &serde_json::Error, message: &str) -> (&'static str, &'static str) {
-    const SHAPE: &str = "The JSON is not the shape of this request";
-    match message {
-        m if m.starts_with("unknown field") => ("unknown_field", SHAPE),
-        m if m.starts_with("duplicate field") => ("duplicate_field", SHAPE),
-        m if m.starts_with("unknown variant") => ("unknown_variant", SHAPE),
-        m if m.starts_with(TOO_LONG) => ("too_large", "Beyond a limit"),
-        m if m.starts_with("number out of range") => ("number_out_of_range", SHAPE),
-        _ if error.is_data() => ("wrong_type", SHAPE),
-        _ => ("not_json", "The body is not JSON"),
+/// Whether a fault of the mathematics only follows from values that could not be read.
+fn depends_on(error: &Error, misfits: &[Misfit]) -> bool {
+    let place = error.place.to_string();
+    let inside = |pointer: &str, of: &str| pointer.strip_prefix(of).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    let (Fault::Missing { field } | Fault::MissingTag { field, .. }) = &error.fault else {
+        return misfits.iter().any(|misfit| inside(&misfit.pointer, &place));
+    };
+    // A field that is there but wrong is not missing, and neither is one whose name is misspelt.
+    let is_it = |misfit: &Misfit, name: &str| {
+        let parent = misfit.pointer.rsplit_once('/').map_or("", |(parent, _)| parent);
+        inside(&misfit.pointer, &format!("{place}/{name}")) || (misfit.meant.as_deref() == Some(name) && parent == place)
+    };
+    misfits.iter().any(|misfit| field.split("` or `").any(|name| is_it(misfit, name)))
+}
+
+/// The faults in the order in which their values stand in the text; what is missing, where the object that lacks it ends.
+fn in_order(faults: Vec<FoundFault>, text: &RawValue) -> Vec<FoundFault> {
+    let pointers: Vec<String> = faults.iter().map(|fault| fault.pointer().to_owned()).collect();
+    let ranks = tolerant::ranks(text, &pointers);
+    let mut order: Vec<usize> = (0..faults.len()).collect();
+    order.sort_by_key(|&i| if faults[i].is_absence() { ranks[i].end } else { ranks[i].start });
+    let mut taken: Vec<Option<FoundFault>> = faults.into_iter().map(Some).collect();
+    order.into_iter().filter_map(|i| taken[i].take()).collect()
+}
+
+/// The problem of an operation that failed, its faults in the order of the body.
+pub fn refused(error: Error, body: &[u8]) -> Problem {
+    let faults: Vec<FoundFault> = error.each().into_iter().map(FoundFault::from).collect();
+    let total = faults.len();
+    match serde_json::from_slice(body) {
+        Ok(text) if total > 1 => Problem::of_all(in_order(faults, text), total),
+        _ => Problem::of_all(faults, total),
     }
 }
 
-/// What the parser says, in the words of JSON.
-const WORDS: &[(&str, &str)] = &[
-    ("a sequence", "an array"),
-    ("sequence", "array"),
-    ("a map", "an object"),
-    ("map", "object"),
-    ("f64", "a number"),
-    ("floating point", "number"),
-    ("variant", "value"),
-    ("unexpected end of hex escape", "half of a surrogate pair stands alone in a \\u escape"),
-    ("number out of range", "the number is out of range: doubles end at 1.8e308"),
+/// What the parser says, and what that means.
+const SENTENCES: &[(&str, &str)] = &[
     ("EOF while parsing a list", "the body ends in the middle of an array"),
-    ("EOF while parsing an", "the body ends in the middle of an"),
-    ("EOF while parsing a", "the body ends in the middle of a"),
-    ("expected value", "expected a JSON value; NaN, Infinity and bare words are none"),
+    ("EOF while parsing an object", "the body ends in the middle of an object"),
+    ("EOF while parsing a string", "the body ends in the middle of a string"),
+    ("EOF while parsing a value", "the body ends where a value is expected"),
+    ("expected value", "a JSON value is expected here; NaN, Infinity and bare words are none"),
+    ("expected ident", "this word is not JSON, which knows true, false and null"),
+    ("expected `:`", "a colon is expected after the name of a field"),
+    ("expected `,` or `]`", "a comma or a closing bracket is expected here"),
+    ("expected `,` or `}`", "a comma or a closing brace is expected here"),
+    ("trailing comma", "there is a comma before a closing bracket or brace; leave it out"),
+    ("trailing characters", "there is more after the end of the JSON; send one value"),
+    ("key must be a string", "the name of a field must be a string in double quotes"),
+    ("control character", "there is a control character in a string; write it as an escape, such as \\n or \\u0009"),
+    ("invalid escape", "there is an unknown escape in a string; a backslash is written \\\\"),
+    ("invalid number", "this is not a number of JSON, which has no leading zeros or plus signs, and digits on both sides of a point"),
+    ("invalid unicode code point", "the text is not UTF-8"),
+    ("lone leading surrogate", "half of a surrogate pair stands alone in a \\u escape"),
+    ("unexpected end of hex escape", "half of a surrogate pair stands alone in a \\u escape"),
+    ("number out of range", "this number is out of range: doubles end at 1.8e308"),
+    ("recursion limit", "the JSON is nested too deeply"),
 ];
 
-/// The parser's message in the words of JSON; what it quotes of the request stays as it is, but not at any length.
-fn in_json_terms(message: &str) -> String {
-    let ours = |text: &str| WORDS.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to));
-    let quote = |c| c == '`' || c == '"';
-    match (message.find(quote), message.rfind(quote)) {
-        (Some(first), Some(last)) => {
-            format!("{}{}{}", ours(&message[..first]), shortened(&message[first..=last]), ours(&message[last + 1..]))
-        }
-        _ => ours(message),
-    }
+/// The parser's message as a sentence.
+pub(super) fn in_json_terms(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    let message = text.rsplit_once(" at line ").map_or(text.as_str(), |(message, _)| message);
+    let known = SENTENCES.iter().find(|(begins, _)| message.starts_with(begins));
+    known.map_or_else(|| shortened(message), |(_, sentence)| (*sentence).into())
 }
 
 /// The beginning and the end of a long text.
@@ -102,16 +147,6 @@ pub(super) fn shortened(text: &str) -> String {
     }
     let (start, end): (String, String) = (text.chars().take(KEPT).collect(), text.chars().skip(count - KEPT).collect());
     format!("{start} [...] {end}")
-}
-
-/// A path as a JSON Pointer; a long unknown key in it is not echoed whole.
-fn pointer(path: &Path) -> String {
-    let step = |segment: &Segment| match segment {
-        Segment::Seq { index } => format!("/{index}"),
-        Segment::Map { key } => format!("/{}", key.replace('~', "~0").replace('/', "~1")),
-        Segment::Enum { .. } | Segment::Unknown => String::new(),
-    };
-    shortened(&path.iter().map(step).collect::<String>())
 }
 
 /// Refuses JSON nested deeper than this. The parser has its own end at 127.

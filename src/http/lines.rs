@@ -1,45 +1,24 @@
 //! Batches: one operation a line in, one answer a line out, in the same order.
 
-use std::borrow::Cow;
 use std::io::Write;
 use std::ops::AddAssign;
 use std::sync::Arc;
 
 use axum::http::StatusCode;
-use serde::{Deserialize, Serialize};
-use serde_json::value::RawValue;
 
 use super::budget::Budget;
 use super::error::Problem;
 use super::json::{self, shortened};
+use super::line::{Id, Line};
 use super::operations::{self, BY_NAME};
 use super::paper::{Paper, Sheets};
 use super::shape::Shape;
+use super::wire::tolerant::meant;
 
 /// Lines that are computed together: a part of a batch large enough that handing it to another thread costs nothing.
 pub const PART_BYTES: usize = 32 * 1024;
 /// And not more of them, so that a part is soon done.
 pub const PART_LINES: usize = 128;
-
-/// One line of a batch.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Line<'a> {
-    #[serde(default)]
-    id: Option<Id>,
-    #[serde(borrow)]
-    op: Cow<'a, str>,
-    #[serde(borrow)]
-    body: &'a RawValue,
-}
-
-/// What the client calls a line: text or a whole number.
-#[derive(Deserialize, Serialize, Clone)]
-#[serde(untagged)]
-enum Id {
-    Number(i64),
-    Text(String),
-}
 
 /// Lines of a batch, and where in it they begin.
 #[derive(Debug, Clone)]
@@ -107,7 +86,7 @@ impl Part {
         let mut paper = Paper::new(budget);
         for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
             if !line.trim_ascii().is_empty() {
-                let id = parse(line, usize::MAX).ok().and_then(|line| line.id);
+                let id = Line::read(line, self.first + i, usize::MAX).map_or_else(|(id, _)| id, |(id, ..)| id);
                 // A sheet for a problem is always there.
                 let _ = refused(self.first + i, id.as_ref(), problem, &mut paper);
             }
@@ -118,41 +97,33 @@ impl Part {
 
 /// Whether it could be answered; if not, its problem is written.
 fn answer(line: &[u8], number: usize, shape: Shape, max_depth: usize, paper: &mut Paper) -> Result<bool, Problem> {
-    let parsed = match parse(line, max_depth) {
-        Ok(parsed) => parsed,
-        Err(problem) => return refused(number, None, &problem, paper).map(|()| false),
+    let (id, op, body) = match Line::read(line, number, max_depth) {
+        Ok(parts) => parts,
+        Err((id, problem)) => return refused(number, id.as_ref(), &problem, paper).map(|()| false),
     };
     let mut own = paper.sibling();
-    let computed = match operations::named(&parsed.op) {
-        Some(operation) => operation(parsed.body.get().as_bytes(), shape, &mut own),
-        None => Err(unknown(&parsed.op)),
+    let computed = match operations::named(&op) {
+        Some(operation) => operation(body.get().as_bytes(), shape, &mut own),
+        None => Err(unknown(&op)),
     };
     crate::core::work::checkpoint()?;
     match computed {
         Ok(()) => {
-            begin(number, parsed.id.as_ref(), "answer", paper)?;
+            begin(number, id.as_ref(), "answer", paper)?;
             let sheets = own.finish();
             paper.take(sheets).map_err(json::not_written)?;
             paper.write_all(b"}\n").map_err(json::not_written).map(|()| true)
         }
-        Err(problem) => refused(number, parsed.id.as_ref(), &problem, paper).map(|()| false),
+        Err(problem) => refused(number, id.as_ref(), &problem, paper).map(|()| false),
     }
 }
 
-fn parse(line: &[u8], max_depth: usize) -> Result<Line<'_>, Problem> {
-    json::check_depth(line, max_depth)?;
-    serde_json::from_slice(line).map_err(|error| {
-        let detail =
-            format!("{}; a line is {{\"id\": text or whole number, \"op\": name, \"body\": the request}}", shortened(&error.to_string()));
-        let code = if error.is_data() { "bad_line" } else { "not_json" };
-        Problem::new(StatusCode::BAD_REQUEST, code, "The line is not an operation", detail)
-    })
-}
-
 fn unknown(op: &str) -> Problem {
-    let names: Vec<&str> = BY_NAME.iter().map(|(name, _)| *name).collect();
-    let detail = format!("there is no operation {}; the operations are {}", shortened(op), names.join(", "));
-    Problem::new(StatusCode::NOT_FOUND, "unknown_operation", "There is no such operation", detail)
+    let names = || BY_NAME.iter().map(|(name, _)| *name);
+    let hint = meant(op, names()).map_or(String::new(), |name| format!(" (did you mean {name}?)"));
+    let all = names().collect::<Vec<_>>().join(", ");
+    let detail = format!("there is no operation `{}`{hint}; the operations are {all}", shortened(op));
+    Problem::at(StatusCode::NOT_FOUND, "unknown_operation", "There is no such operation", "/op".into(), detail)
 }
 
 fn begin(number: usize, id: Option<&Id>, what: &str, paper: &mut Paper) -> Result<(), Problem> {

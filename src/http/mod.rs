@@ -15,6 +15,7 @@ pub mod interpolate;
 pub mod join;
 pub mod json;
 pub mod keys;
+pub mod line;
 pub mod lines;
 pub mod negotiate;
 pub mod numbers;

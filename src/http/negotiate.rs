@@ -5,6 +5,7 @@ use axum::http::{HeaderMap, StatusCode, header};
 use super::error::Problem;
 use super::json::shortened;
 use super::shape::{Layout, Precision, RAW, Shape};
+use super::wire::tolerant::meant;
 
 /// How a body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,7 +77,7 @@ pub fn wanted(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static 
     // The last of equals by `max_by` is the first offered.
     let best = offered.iter().rev().copied().max_by(|a, b| quality(a).total_cmp(&quality(b)));
     best.filter(|offer| quality(offer) > 0.0).ok_or_else(|| {
-        let detail = format!("Accept is {}; this operation answers with {}", shortened(&lists.join(", ")), offered.join(" or "));
+        let detail = format!("the header Accept is {}; this operation answers with {}", shortened(&lists.join(", ")), offered.join(" or "));
         Problem::new(StatusCode::NOT_ACCEPTABLE, "not_acceptable", "Nothing acceptable to answer with", detail)
     })
 }
@@ -100,11 +101,11 @@ pub fn shape(query: Option<&str>) -> Result<Shape, Problem> {
             ("precision", value) => shape.precision = precision(value)?,
             ("layout", "nested") => shape.layout = Layout::Nested,
             ("layout", "flat") => shape.layout = Layout::Flat,
-            ("layout", _) => return Err(refused(&format!("layout is {}; allowed is nested or flat", shortened(value)))),
-            _ => return Err(refused(&format!("{} is unknown; the parameters are precision and layout", shortened(key)))),
+            ("layout", _) => return Err(refused(&format!("the parameter layout is `{}`; allowed is nested or flat", shortened(value)))),
+            _ => return Err(refused(&unknown(key))),
         }
         if seen.contains(&key) {
-            return Err(refused(&format!("{key} is given twice")));
+            return Err(refused(&format!("the parameter {key} is given twice; give it once")));
         }
         seen.push(key);
     }
@@ -116,13 +117,22 @@ pub fn shape(query: Option<&str>) -> Result<Shape, Problem> {
 /// # Errors
 /// Status 400: something else.
 pub fn precision(text: &str) -> Result<Precision, Problem> {
-    let digits = || text.parse().ok().filter(|digits| (1..=17).contains(digits)).map(Precision::Digits);
+    // As the specification has it: no sign, no leading zero.
+    let is_plain = !text.starts_with('0') && text.bytes().all(|byte| byte.is_ascii_digit());
+    let digits = || text.parse().ok().filter(|digits| is_plain && (1..=17).contains(digits)).map(Precision::Digits);
     let known = match text {
         "full" => Some(Precision::Full),
         "single" => Some(Precision::Single),
         _ => digits(),
     };
-    known.ok_or_else(|| refused(&format!("precision is {}; allowed is full, single, or 1 to 17 digits", shortened(text))))
+    known.ok_or_else(|| {
+        refused(&format!("the parameter precision is `{}`; allowed is full, single, or a number of digits from 1 to 17", shortened(text)))
+    })
+}
+
+fn unknown(key: &str) -> String {
+    let hint = meant(key, ["precision", "layout"].into_iter()).map_or(String::new(), |name| format!(" (did you mean {name}?)"));
+    format!("the parameter `{}` is unknown{hint}; the parameters are precision and layout", shortened(key))
 }
 
 fn refused(what: &str) -> Problem {

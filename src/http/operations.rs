@@ -18,7 +18,10 @@ macro_rules! by_name {
     ($($name:literal $module:ident),* $(,)?) => {
         /// Every operation by its name: its path after `/v1/`.
         pub const BY_NAME: &[(&str, Answer)] = &[$(
-            ($name, |body, shape, paper| json::write(&$module::operation(json::from_bytes(body)?)?, shape, paper))
+            ($name, |body, shape, paper| {
+                let answer = $module::operation(json::from_bytes(body)?);
+                json::write(&answer.map_err(|error| json::refused(error, body))?, shape, paper)
+            })
         ),*];
     };
 }
@@ -41,7 +44,10 @@ by_name! {
 }
 
 /// The operations that answer a single request with a picture, and write it as text; in a batch it is a JSON string.
-pub const PICTURES: &[(&str, Answer)] = &[("render", |body, _, paper| picture(&render::operation(json::from_bytes(body)?)?, paper))];
+pub const PICTURES: &[(&str, Answer)] = &[("render", |body, _, paper| {
+    let answer = render::operation(json::from_bytes(body)?);
+    picture(&answer.map_err(|error| json::refused(error, body))?, paper)
+})];
 
 /// Writes a picture.
 ///

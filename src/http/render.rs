@@ -5,8 +5,9 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Curve, Dimensioned, Surface, Whole, list, missing, need, whole};
-use crate::core::error::{At, Error, Fault, at_most};
+use super::json::Request;
+use super::wire::{Curve, Dimensioned, Surface, Whole, list, missing, part, whole};
+use crate::core::error::{At, Error, Fault, at_most, both, every};
 use crate::core::limits;
 use crate::core::picture::{self as core, Curves, Mark, Picture};
 
@@ -102,24 +103,31 @@ pub async fn post(call: Call) -> Response {
     call.svg(operation).await
 }
 
+impl Request for RenderRequest {
+    fn check(self) -> Result<(), Error> {
+        picture(self).map(drop)
+    }
+}
+
 /// Request to picture, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::draw`] refuses, with its place in the request.
 pub fn operation(request: RenderRequest) -> Result<String, Error> {
-    if request.curves.is_none() && request.surfaces.is_none() {
-        return Err(missing("curves` or `surfaces"));
-    }
-    let size = [pixels(request.width, "width", 800)?, pixels(request.height, "height", 500)?];
-    let surfaces = surfaces(request.surfaces).at("surfaces")?;
-    let curves = curves(request.curves, surfaces.0.len()).at("curves")?;
-    let (surfaces, surface_marks) = surfaces;
+    core::draw(&picture(request)?)
+}
+
+fn picture(request: RenderRequest) -> Result<Picture, Error> {
+    let is_empty = request.curves.is_none() && request.surfaces.is_none();
+    let given = if is_empty { Err(missing("curves` or `surfaces")) } else { Ok(()) };
+    let size = both(pixels(request.width, "width", 800), pixels(request.height, "height", 500));
+    let count = request.surfaces.as_ref().map_or(0, Vec::len);
+    let drawn = both(surfaces(request.surfaces).at("surfaces"), curves(request.curves, count).at("curves"));
+    let title = request.title.as_deref().map_or(Ok(()), |title| core::check_text(title, limits::TITLE)).at("title");
+    let ((((surfaces, surface_marks), curves), (width, height)), ((), ())) = both(both(drawn, size), both(title, given))?;
     let show = show(&request.show.unwrap_or_else(|| vec![Detail::Legend]));
-    let title = match request.title {
-        Some(title) => core::check_text(&title, limits::TITLE).at("title").map(|()| title)?,
-        None => title_of(surface_marks.iter().chain(&curves.1)),
-    };
-    core::draw(&Picture { curves: curves.0, curve_marks: curves.1, surfaces, surface_marks, show, size, title })
+    let title = request.title.unwrap_or_else(|| title_of(surface_marks.iter().chain(&curves.1)));
+    Ok(Picture { curves: curves.0, curve_marks: curves.1, surfaces, surface_marks, show, size: [width, height], title })
 }
 
 fn pixels(given: Option<Whole>, what: &'static str, default: usize) -> Result<usize, Error> {
@@ -149,15 +157,13 @@ fn title_of<'a>(marks: impl Iterator<Item = &'a Mark>) -> String {
 }
 
 fn mark(label: Option<String>, color: Option<Whole>, place: usize) -> Result<Mark, Error> {
-    if let Some(label) = &label {
-        core::check_text(label, limits::LABEL).at("label")?;
-    }
+    let text = label.as_deref().map_or(Ok(()), |label| core::check_text(label, limits::LABEL)).at("label");
     let color = color.map_or(place % core::COLORS, |whole| whole.0);
-    if color >= core::COLORS {
-        let allowed = format!("0 <= color <= {}", core::COLORS - 1);
-        return Err(Fault::OutOfRange { what: "color", value: color as f64, allowed }.at("color"));
-    }
-    Ok(Mark { label, color })
+    let allowed = || format!("0 <= color <= {}", core::COLORS - 1);
+    let known = color < core::COLORS;
+    let palette =
+        if known { Ok(()) } else { Err(Fault::OutOfRange { what: "color", value: color as f64, allowed: allowed() }.at("color")) };
+    both(text, palette).map(|_| Mark { label, color })
 }
 
 fn surfaces(drawn: Option<Vec<DrawnSurface>>) -> Result<(Vec<crate::core::surface::Surface>, Vec<Mark>), Error> {
@@ -165,12 +171,13 @@ fn surfaces(drawn: Option<Vec<DrawnSurface>>) -> Result<(Vec<crate::core::surfac
     crate::core::error::at_least("surfaces", drawn.len(), 1)?;
     at_most("surfaces in a picture", drawn.len(), limits::PICTURE_SURFACES, "Draw them in parts")?;
     let one = |(i, drawn): (usize, DrawnSurface)| -> Result<_, Error> {
-        let surface = need(drawn.surface, "surface")?.parse().at("surface")?;
+        let mark = mark(drawn.label, drawn.color, i);
+        let (surface, mark) = both(part(drawn.surface, "surface", Surface::parse), mark)?;
         let points = surface.rows().map(<[_]>::len).sum();
         at_most("control points in a picture", points, limits::PICTURE_NET, "Cut the surface first").at("surface")?;
-        Ok((surface, mark(drawn.label, drawn.color, i)?))
+        Ok((surface, mark))
     };
-    drawn.into_iter().enumerate().map(|(i, drawn)| one((i, drawn)).at(i)).collect()
+    Ok(every(drawn.into_iter().enumerate().map(|(i, drawn)| one((i, drawn)).at(i)))?.into_iter().unzip())
 }
 
 fn curves(drawn: Option<Vec<DrawnCurve>>, surfaces: usize) -> Result<(Curves, Vec<Mark>), Error> {
@@ -178,12 +185,15 @@ fn curves(drawn: Option<Vec<DrawnCurve>>, surfaces: usize) -> Result<(Curves, Ve
     crate::core::error::at_least("curves", drawn.len(), 1)?;
     at_most("curves in a picture", drawn.len(), limits::PICTURE_CURVES, "Draw them in parts")?;
     let (mut plane, mut space, mut marks) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, drawn) in drawn.into_iter().enumerate() {
-        match need(drawn.curve, "curve").and_then(|curve| curve.parse().at("curve")).at(i)? {
+    let one = |(i, drawn): (usize, DrawnCurve)| {
+        both(part(drawn.curve, "curve", Curve::parse), mark(drawn.label, drawn.color, surfaces + i)).at(i)
+    };
+    for (i, (curve, mark)) in every(drawn.into_iter().enumerate().map(one))?.into_iter().enumerate() {
+        match curve {
             Dimensioned::Plane(curve) => plane.push(curve),
             Dimensioned::Space(curve) => space.push(curve),
         }
-        marks.push(mark(drawn.label, drawn.color, surfaces + i).at(i)?);
+        marks.push(mark);
         let in_space = surfaces > 0 || !space.is_empty();
         if in_space && !plane.is_empty() {
             let (count, expected) = if surfaces > 0 || plane.len() <= i { (2, 3) } else { (3, 2) };

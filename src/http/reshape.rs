@@ -5,9 +5,10 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Basis, Continuity, Curve, Dimensioned, Points, ReportStyle, bases, need};
+use super::json::Request;
+use super::wire::{Basis, Continuity, Curve, Dimensioned, Points, ReportStyle, bases, need, part};
 use crate::core::curve::{self, Bases};
-use crate::core::error::{At, Error};
+use crate::core::error::{Error, both};
 use crate::core::point::Point;
 use crate::core::reshape as core;
 
@@ -84,21 +85,29 @@ pub async fn post(call: Call) -> Response {
     call.json(operation, |_| false).await
 }
 
+impl Request for ReshapeRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.curve, self.basis, self.bases).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::reshape`] refuses, with its place in the request.
 pub fn operation(request: ReshapeRequest) -> Result<ReshapeAnswer, Error> {
-    if request.basis.is_none() {
-        need(request.bases.as_ref(), "basis` or `bases")?;
-    }
-    let bases = bases(request.basis, request.bases)?;
     let keep = request.keep.unwrap_or(Keep::Nothing);
     let style = request.report.unwrap_or(ReportStyle::Full);
-    match need(request.curve, "curve")?.parse().at("curve")? {
-        Dimensioned::Plane(curve) => reshape(&curve, bases, keep, style),
-        Dimensioned::Space(curve) => reshape(&curve, bases, keep, style),
+    match parts(request.curve, request.basis, request.bases)? {
+        (Dimensioned::Plane(curve), bases) => reshape(&curve, bases, keep, style),
+        (Dimensioned::Space(curve), bases) => reshape(&curve, bases, keep, style),
     }
+}
+
+fn parts(curve: Option<Curve>, basis: Option<Basis>, each: Option<Vec<Basis>>) -> Result<(Dimensioned, Bases), Error> {
+    let given = if basis.is_none() { need(each.as_ref(), "basis` or `bases").map(drop) } else { Ok(()) };
+    let (curve, (bases, ())) = both(part(curve, "curve", Curve::parse), both(bases(basis, each), given))?;
+    Ok((curve, bases))
 }
 
 fn reshape<const D: usize>(curve: &curve::Curve<D>, bases: Bases, keep: Keep, style: ReportStyle) -> Result<ReshapeAnswer, Error>

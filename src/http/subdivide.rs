@@ -5,9 +5,10 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Curve, Dimensioned, Points, Whole, need, number};
+use super::json::Request;
+use super::wire::{Curve, Dimensioned, Points, Whole, need, number, part};
 use crate::core::curve;
-use crate::core::error::{At, Error};
+use crate::core::error::{Error, both};
 use crate::core::point::Point;
 use crate::core::subdivide as core;
 
@@ -109,26 +110,34 @@ fn is_small(request: &SubdivideRequest) -> bool {
     request.at.as_ref().is_none_or(few) && request.curve.as_ref().is_none_or(Curve::is_small)
 }
 
+impl Request for SubdivideRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.curve, self.at).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::subdivide`] refuses, with its place in the request.
 pub fn operation(request: SubdivideRequest) -> Result<SubdivideAnswer, Error> {
     let form = request.form.unwrap_or(Form::Auto);
-    let curve = need(request.curve, "curve")?.parse().at("curve")?;
-    let at = need(request.at, "at")?;
-    match curve {
-        Dimensioned::Plane(curve) => cut(&curve, at, form),
-        Dimensioned::Space(curve) => cut(&curve, at, form),
+    let tolerance = request.at.as_ref().and_then(|at| at.tolerance);
+    match parts(request.curve, request.at)? {
+        (Dimensioned::Plane(curve), at) => cut(&curve, &at, form, tolerance),
+        (Dimensioned::Space(curve), at) => cut(&curve, &at, form, tolerance),
     }
 }
 
-fn cut<const D: usize>(curve: &curve::Curve<D>, at: Cuts, form: Form) -> Result<SubdivideAnswer, Error>
+fn parts(curve: Option<Curve>, at: Option<Cuts>) -> Result<(Dimensioned, core::Cuts), Error> {
+    both(part(curve, "curve", Curve::parse), part(at, "at", Cuts::parse))
+}
+
+fn cut<const D: usize>(curve: &curve::Curve<D>, at: &core::Cuts, form: Form, tolerance: Option<f64>) -> Result<SubdivideAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {
-    let tolerance = at.tolerance;
-    let pieces = core::subdivide(curve, &at.parse().at("at")?, form.into())?;
+    let pieces = core::subdivide(curve, at, form.into())?;
     Ok(SubdivideAnswer {
         curve: Some(Curve::of_core(curve::Curve::Piecewise(pieces.curve))),
         split_parameters: Some(pieces.split_parameters),
@@ -151,10 +160,11 @@ impl From<Form> for core::Form {
 
 impl Cuts {
     fn parse(self) -> Result<core::Cuts, Error> {
-        Ok(match self.kind()? {
+        let cuts = match self.kind()? {
             CutsKind::Parameters => core::Cuts::Parameters(need(self.values, "values")?),
             CutsKind::Depth => core::Cuts::Depth(need(self.depth, "depth")?.0),
             CutsKind::Flatness => core::Cuts::Flatness(need(self.tolerance, "tolerance")?),
-        })
+        };
+        cuts.check().map(|()| cuts)
     }
 }

@@ -5,8 +5,9 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Points, Surface, SurfaceDomain, Tuple, Whole, list, need, space_list, whole};
-use crate::core::error::{At, Error};
+use super::json::Request;
+use super::wire::{Points, Surface, SurfaceDomain, Tuple, Whole, list, need, part, space_list, whole};
+use crate::core::error::{At, Error, both};
 use crate::core::limits;
 use crate::core::surface as core;
 
@@ -123,14 +124,18 @@ fn is_small(request: &SurfaceEvaluateRequest) -> bool {
     net <= 25 && request.at.as_ref().is_none_or(|at| grid(at).is_some_and(|samples| samples <= 200))
 }
 
+impl Request for SurfaceEvaluateRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.surface, self.at, self.derivatives).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::evaluate`] refuses, with its place in the request.
 pub fn operation(request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswer, Error> {
-    let surface = need(request.surface, "surface")?.parse().at("surface")?;
-    let places = need(request.at, "at")?.parse().at("at")?;
-    let orders = request.derivatives.map_or(0, |whole| whole.0);
+    let (surface, places, orders) = parts(request.surface, request.at, request.derivatives)?;
     let asked = request.quantities.unwrap_or_default();
     let samples = core::evaluate(&surface, &places, orders, quantities(&asked))?;
     let has = |quantity| asked.contains(&quantity);
@@ -151,6 +156,17 @@ pub fn operation(request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswe
     })
 }
 
+fn parts(
+    surface: Option<Surface>,
+    at: Option<SurfaceSampling>,
+    derivatives: Option<Whole>,
+) -> Result<(core::Surface, core::Places, usize), Error> {
+    let orders = derivatives.map_or(0, |whole| whole.0);
+    let parts = both(part(surface, "surface", Surface::parse), part(at, "at", SurfaceSampling::parse));
+    let ((surface, places), ()) = both(parts, core::check_orders(orders).at("derivatives"))?;
+    Ok((surface, places, orders))
+}
+
 fn quantities(asked: &[SurfaceQuantity]) -> core::SurfaceQuantities {
     core::SurfaceQuantities {
         normal: asked.contains(&SurfaceQuantity::Normal),
@@ -161,11 +177,12 @@ fn quantities(asked: &[SurfaceQuantity]) -> core::SurfaceQuantities {
 
 impl SurfaceSampling {
     fn parse(self) -> Result<core::Places, Error> {
-        Ok(match self.kind()? {
+        let places = match self.kind()? {
             SurfaceSamplingKind::Grid => core::Places::Grid(need(self.u, "u")?.0, need(self.v, "v")?.0),
             SurfaceSamplingKind::Parameters => {
                 core::Places::Parameters(need(self.values, "values")?.into_iter().map(|pair| pair.0).collect())
             }
-        })
+        };
+        places.check().map(|()| places)
     }
 }

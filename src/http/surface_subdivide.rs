@@ -5,9 +5,10 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
+use super::json::Request;
 use super::subdivide::Form;
-use super::wire::{Surface, SurfaceDomain, need};
-use crate::core::error::{At, Error};
+use super::wire::{Surface, SurfaceDomain, need, part};
+use crate::core::error::{Error, both};
 use crate::core::surface as core;
 
 crate::object! {
@@ -88,13 +89,18 @@ pub async fn post(call: Call) -> Response {
     call.json(operation, |_| false).await
 }
 
+impl Request for SurfaceSubdivideRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.surface, self.at).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::subdivide`] refuses, with its place in the request.
 pub fn operation(request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAnswer, Error> {
-    let surface = need(request.surface, "surface")?.parse().at("surface")?;
-    let at = need(request.at, "at")?;
+    let (surface, at) = parts(request.surface, request.at)?;
     let form = request.form.unwrap_or(Form::Auto).into();
     let pieces = core::subdivide(&surface, &at.u.unwrap_or_default(), &at.v.unwrap_or_default(), form)?;
     let piece = |piece: &core::Piece| SurfacePiece { domain: Some(piece.domain.into()), surface: Some((&piece.surface).into()) };
@@ -103,4 +109,8 @@ pub fn operation(request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAns
         form: Some(if pieces.in_family { Form::Family } else { Form::Bezier }),
         condition: Some(pieces.condition),
     })
+}
+
+fn parts(surface: Option<Surface>, at: Option<SurfaceCuts>) -> Result<(core::Surface, SurfaceCuts), Error> {
+    both(part(surface, "surface", Surface::parse), need(at, "at"))
 }

@@ -5,8 +5,10 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Points, Surface, Tuple, Whole, need, number, space_list};
-use crate::core::error::{At, Error};
+use super::json::Request;
+use super::wire::{Points, Surface, Tuple, Whole, number, part, space_list};
+use crate::core::error::{Error, both};
+use crate::core::evaluate::check_distance;
 use crate::core::surface as core;
 
 crate::object! {
@@ -69,13 +71,18 @@ pub async fn post(call: Call) -> Response {
     call.json(operation, |_| false).await
 }
 
+impl Request for SurfaceTessellateRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.surface, self.tolerance).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::tessellate`] refuses, with its place in the request.
 pub fn operation(request: SurfaceTessellateRequest) -> Result<SurfaceTessellateAnswer, Error> {
-    let surface = need(request.surface, "surface")?.parse().at("surface")?;
-    let tolerance = need(request.tolerance, "tolerance")?;
+    let (surface, tolerance) = parts(request.surface, request.tolerance)?;
     let mesh = core::tessellate(&surface, tolerance)?;
     Ok(SurfaceTessellateAnswer {
         cells: Some(Tuple(mesh.cells.map(Whole))),
@@ -85,4 +92,9 @@ pub fn operation(request: SurfaceTessellateRequest) -> Result<SurfaceTessellateA
         bound: Some(mesh.bound),
         tolerance: Some(tolerance),
     })
+}
+
+fn parts(surface: Option<Surface>, tolerance: Option<f64>) -> Result<(core::Surface, f64), Error> {
+    let tolerance = part(tolerance, "tolerance", |tolerance| Ok(check_distance(tolerance).map(|()| tolerance)?));
+    both(part(surface, "surface", Surface::parse), tolerance)
 }

@@ -5,9 +5,10 @@ use axum::response::Response;
 use super::Example;
 use super::call::Call;
 use super::error::Problems;
-use super::wire::{Curve, Dimensioned, Points, Whole, need, number};
+use super::json::Request;
+use super::wire::{Curve, Dimensioned, Points, Whole, number, part};
 use crate::core::curve;
-use crate::core::error::{At, Error};
+use crate::core::error::{At, Error, both};
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::to_bspline as core;
@@ -102,17 +103,28 @@ fn is_small(request: &ToBsplineRequest) -> bool {
     request.curve.as_ref().is_none_or(Curve::is_small)
 }
 
+impl Request for ToBsplineRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.curve, self.tolerance).map(drop)
+    }
+}
+
 /// Request to answer, without HTTP.
 ///
 /// # Errors
 /// Whatever [`core::to_bspline`] refuses, with its place in the request.
 pub fn operation(request: ToBsplineRequest) -> Result<ToBsplineAnswer, Error> {
     let style = request.knots.unwrap_or(KnotStyle::Clamped);
-    let tolerance = request.tolerance.unwrap_or(limits::CONTINUITY_TOLERANCE);
-    match need(request.curve, "curve")?.parse().at("curve")? {
-        Dimensioned::Plane(curve) => convert(&curve, style, tolerance),
-        Dimensioned::Space(curve) => convert(&curve, style, tolerance),
+    match parts(request.curve, request.tolerance)? {
+        (Dimensioned::Plane(curve), tolerance) => convert(&curve, style, tolerance),
+        (Dimensioned::Space(curve), tolerance) => convert(&curve, style, tolerance),
     }
+}
+
+fn parts(curve: Option<Curve>, tolerance: Option<f64>) -> Result<(Dimensioned, f64), Error> {
+    let tolerance = tolerance.unwrap_or(limits::CONTINUITY_TOLERANCE);
+    let (curve, ()) = both(part(curve, "curve", Curve::parse), core::check_tolerance(tolerance).at("tolerance"))?;
+    Ok((curve, tolerance))
 }
 
 fn convert<const D: usize>(curve: &curve::Curve<D>, style: KnotStyle, tolerance: f64) -> Result<ToBsplineAnswer, Error>

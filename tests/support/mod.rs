@@ -208,6 +208,14 @@ impl Answer {
         serde_json::from_slice(&self.body).unwrap_or_else(|error| panic!("{error}: {}", self.text()))
     }
 
+    /// Place and code of each item of `errors`.
+    pub fn faults(&self) -> Vec<(String, String)> {
+        let problem = self.json();
+        let text = |value: &Value| value.as_str().unwrap().to_owned();
+        let items = problem["errors"].as_array().cloned().unwrap_or_default();
+        items.iter().map(|item| (text(&item["pointer"]), text(&item["code"]))).collect()
+    }
+
     /// The pointer of the only item of `errors`.
     pub fn pointer(&self) -> String {
         let problem = self.json();

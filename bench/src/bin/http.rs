@@ -14,7 +14,6 @@ use axum::http::{HeaderMap, header};
 use axum::response::IntoResponse;
 use axum::routing::post;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use springline::core::error::Error;
 use springline::http::budget::Budget;
@@ -60,7 +59,7 @@ async fn ready<Request, Answer>(
     operation: fn(Request) -> Result<Answer, Error>,
 ) -> impl IntoResponse
 where
-    Request: DeserializeOwned,
+    Request: springline::http::json::Request,
     Answer: Serialize + Send + Sync + 'static,
 {
     let request: Request = from_bytes(&body).expect("the requests are good");

@@ -1,7 +1,7 @@
 //! The alpha-beta-Bezier basis of Li 2014.
 
 use super::{Family, ShapeMatrix};
-use crate::core::error::{Error, Fault};
+use crate::core::error::{Error, Fault, both};
 
 /// Two parameters for cubics, Li 2014 eq. (8). They bend the curve through their product only;
 /// `alpha` is also the length of the parameter domain.
@@ -22,8 +22,7 @@ impl AlphaBeta {
             let valid = value > 0.0 && value <= most;
             if valid { Ok(()) } else { Err(Fault::OutOfRange { what, value, allowed: allowed() }.at(what)) }
         };
-        within("alpha", alpha, 1.0)?;
-        within("beta", beta, 3.0)?;
+        both(within("alpha", alpha, 1.0), within("beta", beta, 3.0))?;
         Ok(AlphaBeta { alpha, beta })
     }
 

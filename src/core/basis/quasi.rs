@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Family, ShapeMatrix};
-use crate::core::error::{At, Error, Fault, at_least, at_most};
+use crate::core::error::{At, Error, Fault, at_least, at_most, every};
 use crate::core::limits;
 
 /// The four ways to give a shape matrix.
@@ -104,10 +104,12 @@ impl Family for Quasi {
 
 /// Checks one row: finite, no negative entry, sum 1.
 fn check_row(row: &[f64]) -> Result<(), Error> {
-    if let Some(j) = row.iter().position(|&m| !(0.0..=1.0).contains(&m)) {
+    let check = |(j, &m): (usize, &f64)| {
         let allowed = "0 <= entry <= 1 (Chen 2013 Propositions 1 and 2: the curve stays in the convex hull of its points)";
-        return Err(Fault::OutOfRange { what: "an entry of the shape matrix", value: row[j], allowed: allowed.into() }.at(j));
-    }
+        let refuse = || Fault::OutOfRange { what: "an entry of the shape matrix", value: m, allowed: allowed.into() }.at(j);
+        if (0.0..=1.0).contains(&m) { Ok(()) } else { Err(refuse()) }
+    };
+    every(row.iter().enumerate().map(check))?;
     let sum: f64 = row.iter().sum();
     if (sum - 1.0).abs() > limits::ROW_SUM_TOLERANCE {
         return Err(Fault::RowSum { sum }.into());
@@ -119,14 +121,14 @@ fn check_row(row: &[f64]) -> Result<(), Error> {
 fn check_rows(rows: &[Vec<f64>]) -> Result<(), Error> {
     let columns = rows.first().map_or(0, Vec::len);
     at_least("columns in the shape matrix (one per control point)", columns, 2)?;
-    for (i, row) in rows.iter().enumerate() {
+    let check = |(i, row): (usize, &Vec<f64>)| {
         if row.len() != columns {
             let rule = "every row of a shape matrix has one entry per control point";
             return Err(Fault::WrongCount { what: "entries in this row", count: row.len(), expected: columns, rule }.at(i));
         }
-        check_row(row).at(i)?;
-    }
-    Ok(())
+        check_row(row).at(i)
+    };
+    every(rows.iter().enumerate().map(check)).map(drop)
 }
 
 /// A matrix given by all its rows.
@@ -178,13 +180,13 @@ fn yang_zeng(lambdas: &[f64]) -> Result<ShapeMatrix, Error> {
     at_least("lambdas (one per edge of the control polygon)", order, 1)?;
     at_most("lambdas", order, limits::effective().degree - 1, "The degree of the curve is one more")?;
     let height = (order + 1) as f64;
-    for (k, &lambda) in lambdas.iter().enumerate() {
+    let check = |(k, &lambda): (usize, &f64)| {
         let i = (k + 1) as f64;
-        if !(i - height..=i).contains(&lambda) {
-            let allowed = format!("{} <= lambda_{} <= {i} (Yang and Zeng 2009; 0 is degree elevation)", i - height, k + 1);
-            return Err(Fault::OutOfRange { what: "lambda", value: lambda, allowed }.at(k));
-        }
-    }
+        let allowed = || format!("{} <= lambda_{} <= {i} (Yang and Zeng 2009; 0 is degree elevation)", i - height, k + 1);
+        let refuse = || Fault::OutOfRange { what: "lambda", value: lambda, allowed: allowed() }.at(k);
+        if (i - height..=i).contains(&lambda) { Ok(()) } else { Err(refuse()) }
+    };
+    every(lambdas.iter().enumerate().map(check))?;
     let before = |i: usize| (i as f64 - lambdas[i - 1]) / height;
     Ok(ShapeMatrix::from_fn(order + 2, order + 1, |i, j| match () {
         () if i == 0 || i == order + 1 => f64::from(j == i.min(order)),
@@ -234,7 +236,8 @@ mod tests {
     #[test]
     fn faults_point_at_the_entry() {
         let rows = |m: [[f64; 2]; 3]| Shape::Matrix { rows: m.iter().map(|r| r.to_vec()).collect() };
-        assert_eq!(place_of(rows([[1.0, 0.0], [-0.1, 1.1], [0.0, 1.0]])), "/rows/1/0");
+        let each = Quasi::new(rows([[1.0, 0.0], [-0.1, 1.1], [0.0, 1.0]])).unwrap_err().each();
+        assert_eq!(each.iter().map(|error| error.place.to_string()).collect::<Vec<_>>(), ["/rows/1/0", "/rows/1/1"]);
         assert_eq!(place_of(rows([[1.0, 0.0], [0.5, 0.4], [0.0, 1.0]])), "/rows/1");
         assert_eq!(place_of(rows([[0.5, 0.5], [0.5, 0.5], [0.5, 0.5]])), "");
         assert_eq!(place_of(Shape::Matrix { rows: vec![vec![1.0, 0.0], vec![1.0]] }), "/rows/1");

@@ -68,7 +68,10 @@ pub(crate) fn valid_points<const D: usize>(points: &[Point<D>], least: usize) ->
 }
 
 /// Refuses a degree, or an order, that is 0 or above [`limits::DEGREE`].
-pub(crate) fn within_degrees(what: &'static str, value: usize) -> Result<(), Fault> {
+///
+/// # Errors
+/// [`Fault::OutOfRange`].
+pub fn within_degrees(what: &'static str, value: usize) -> Result<(), Fault> {
     if (1..=limits::effective().degree).contains(&value) {
         return Ok(());
     }

@@ -2,7 +2,7 @@
 
 use super::Ends;
 use crate::core::curve::finite_points;
-use crate::core::error::{At, Error, Fault, at_least, at_most};
+use crate::core::error::{At, Error, Fault, at_least, at_most, every};
 use crate::core::limits;
 use crate::core::point::Point;
 
@@ -45,11 +45,10 @@ fn check_weights(weights: &[f64], points: usize) -> Result<(), Error> {
     if weights.len() != points {
         return Err(Fault::WrongCount { what: "weights", count: weights.len(), expected: points, rule: "one weight per point" }.into());
     }
-    match weights.iter().position(|&w| !(w > 0.0 && w.is_finite())) {
-        Some(i) => {
-            let allowed = "a finite weight > 0 (leave a point out instead of giving it weight 0)".into();
-            Err(Fault::OutOfRange { what: "this weight", value: weights[i], allowed }.at(i))
-        }
-        None => Ok(()),
-    }
+    let check = |(i, &weight): (usize, &f64)| {
+        let allowed = || "a finite weight > 0 (leave a point out instead of giving it weight 0)".into();
+        let valid = weight > 0.0 && weight.is_finite();
+        if valid { Ok(()) } else { Err(Fault::OutOfRange { what: "this weight", value: weight, allowed: allowed() }.at(i)) }
+    };
+    every(weights.iter().enumerate().map(check)).map(drop)
 }

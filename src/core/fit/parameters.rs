@@ -2,7 +2,8 @@
 
 use super::Ends;
 use super::data::Data;
-use crate::core::error::{At, Error, Fault, increasing};
+use crate::core::domain::Domain;
+use crate::core::error::{At, Error, Fault, both, increasing};
 use crate::core::parameterization::Parameterization;
 
 /// A rule for parameters, or the parameters themselves. Unlike the knots of an interpolant,
@@ -34,8 +35,8 @@ impl Parameters {
     /// Parameters on `[0, length]`; a rule fills it from end to end.
     pub(super) fn on_domain<const D: usize>(&self, data: &Data<D>, length: f64) -> Result<Vec<f64>, Error> {
         if let Parameters::Values(values) = self {
-            check_count(values, data).and_then(|()| check_domain(values, length, data.ends)).at("values").at("parameterization")?;
-            return Ok(values.clone());
+            let settled = check_count(values, data).and_then(|()| on_domain(values, length, data.ends));
+            return settled.at("values").at("parameterization");
         }
         let sums = self.sums(data)?;
         let total = sums[sums.len() - 1];
@@ -80,22 +81,25 @@ fn check_count<const D: usize>(values: &[f64], data: &Data<D>) -> Result<(), Err
     Err(Fault::WrongCount { what: "parameters", count: values.len(), expected, rule: "one parameter per point" }.into())
 }
 
-fn check_domain(values: &[f64], length: f64, ends: Ends) -> Result<(), Error> {
-    let refuse = |i: usize, allowed: String| Err(Fault::OutOfRange { what: "this parameter", value: values[i], allowed }.at(i));
-    if let Some(i) = values.iter().position(|t| !(0.0..=length).contains(t)) {
-        return refuse(i, format!("0 <= parameter <= {length:?}, the domain of the curve"));
+/// The parameters meant on `[0, length]`: those outside by rounding only are the ends, and those of end points may be.
+fn on_domain(values: &[f64], length: f64, ends: Ends) -> Result<Vec<f64>, Error> {
+    let domain = Domain { ends: (0.0, length), name: "parameter", of: "curve" };
+    let mut settled = domain.settle_all(values)?;
+    let last = settled.len() - 1;
+    if ends == Ends::Free {
+        return Ok(settled);
     }
-    let last = values.len() - 1;
-    match ends {
-        Ends::Interpolate if values[0] != 0.0 => {
-            refuse(0, "exactly 0, the start of the domain, as the curve is to start at the first point (ends \"interpolate\")".into())
+    let mut end_at = |i: usize, end: f64, allowed: String| {
+        if !domain.is_at(settled[i], end) {
+            return Err(Fault::OutOfRange { what: "this parameter", value: settled[i], allowed }.at(i));
         }
-        Ends::Interpolate if values[last] != length => refuse(
-            last,
-            format!("exactly {length:?}, the end of the domain, as the curve is to end at the last point (ends \"interpolate\")"),
-        ),
-        _ => Ok(()),
-    }
+        settled[i] = end;
+        Ok(())
+    };
+    let start = "0, the start of the domain, as the curve is to start at the first point (ends \"interpolate\")".into();
+    let stop = format!("{length:?}, the end of the domain, as the curve is to end at the last point (ends \"interpolate\")");
+    both(end_at(0, 0.0, start), end_at(last, length, stop))?;
+    Ok(settled)
 }
 
 fn check_order(values: &[f64]) -> Result<(), Error> {

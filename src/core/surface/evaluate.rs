@@ -1,7 +1,7 @@
 //! Points, partial derivatives, normals and curvatures of a surface.
 
 use super::{Direction, Patch, Surface};
-use crate::core::error::{At, Error, Fault, at_least, at_most};
+use crate::core::error::{At, Error, Fault, at_least, at_most, both, every};
 use crate::core::gaps::derivative_size;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -64,10 +64,8 @@ fn jets(patch: &Patch, orders: usize) -> Vec<Patch> {
 /// # Errors
 /// At `at`: counts below 2, parameters outside the domain, more samples than the limits. At `derivatives`: above 2.
 pub fn evaluate(surface: &Surface, places: &Places, orders: usize, wanted: SurfaceQuantities) -> Result<SurfaceSamples, Error> {
-    if orders > 2 {
-        let allowed = "0, 1 or 2".into();
-        return Err(Fault::OutOfRange { what: "derivatives", value: orders as f64, allowed }.at("derivatives"));
-    }
+    check_orders(orders).at("derivatives")?;
+    places.check().at("at")?;
     let patch = surface.patch();
     let pairs = pairs(&patch, places).at("at")?;
     let asked = [1, 3, 6][orders] + usize::from(wanted.normal);
@@ -110,26 +108,48 @@ fn sizes(patch: &Patch) -> [f64; 2] {
     })
 }
 
+/// Refuses derivatives that are not computed.
+///
+/// # Errors
+/// [`Fault::OutOfRange`].
+pub fn check_orders(orders: usize) -> Result<(), Fault> {
+    if orders <= 2 {
+        return Ok(());
+    }
+    Err(Fault::OutOfRange { what: "derivatives", value: orders as f64, allowed: "0, 1 or 2".into() })
+}
+
+impl Places {
+    /// What can be wrong with them whatever the surface.
+    ///
+    /// # Errors
+    /// Counts out of range, each at its field.
+    pub fn check(&self) -> Result<(), Error> {
+        let few = |count| at_most("samples", count, limits::effective().samples, "Sample the surface in parts");
+        match self {
+            Places::Grid(rows, columns) => {
+                both(at_least("samples", *rows, 2).at("u"), at_least("samples", *columns, 2).at("v"))?;
+                Ok(few(rows.saturating_mul(*columns))?)
+            }
+            Places::Parameters(pairs) => at_least("parameters", pairs.len(), 1).and_then(|()| few(pairs.len())).at("values"),
+        }
+    }
+}
+
 fn pairs(patch: &Patch, places: &Places) -> Result<Vec<[f64; 2]>, Error> {
     let domain = patch.domain();
     match places {
         Places::Grid(rows, columns) => {
-            at_least("samples", *rows, 2).at("u")?;
-            at_least("samples", *columns, 2).at("v")?;
-            at_most("samples", rows.saturating_mul(*columns), limits::effective().samples, "Sample the surface in parts")?;
             let (us, vs) = (spread(domain[0], *rows), spread(domain[1], *columns));
             Ok(us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v])).collect())
         }
         Places::Parameters(pairs) => {
-            at_least("parameters", pairs.len(), 1).at("values")?;
-            at_most("samples", pairs.len(), limits::effective().samples, "Sample the surface in parts").at("values")?;
-            for (i, pair) in pairs.iter().enumerate() {
-                for direction in [Direction::U, Direction::V] {
-                    let axis = direction as usize;
-                    super::within(direction, pair[axis], domain[axis]).at(axis).at(i).at("values")?;
-                }
-            }
-            Ok(pairs.clone())
+            let [of_u, of_v] = super::domains(domain);
+            let settle = |(i, &[u, v]): (usize, &[f64; 2])| {
+                let (u, v) = (of_u.settle(u).at(0), of_v.settle(v).at(1));
+                both(u, v).at(i).map(|(u, v)| [u, v])
+            };
+            every(pairs.iter().enumerate().map(settle)).at("values")
         }
     }
 }

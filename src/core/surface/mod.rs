@@ -5,13 +5,14 @@ mod patch;
 mod subdivide;
 mod tessellate;
 
-pub use evaluate::{Places, SurfaceQuantities, SurfaceSamples, evaluate};
+pub use evaluate::{Places, SurfaceQuantities, SurfaceSamples, check_orders, evaluate};
 pub use patch::{Direction, Patch};
 pub use subdivide::{Piece, Pieces, subdivide};
 pub use tessellate::{Mesh, tessellate};
 
 use super::basis::Basis;
 use super::curve::finite_points;
+use super::domain::Domain;
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::limits;
 use super::point::Point;
@@ -84,13 +85,10 @@ impl Surface {
     }
 }
 
-/// Refuses a parameter outside the surface's range of it.
-fn within(direction: Direction, value: f64, (a, b): (f64, f64)) -> Result<(), Fault> {
-    if (a..=b).contains(&value) {
-        return Ok(());
-    }
-    let (what, name) = if direction == Direction::U { ("the parameter u", "u") } else { ("the parameter v", "v") };
-    Err(Fault::OutOfRange { what, value, allowed: format!("the surface's domain, {a:?} <= {name} <= {b:?}") })
+/// The ranges of a surface's parameters.
+fn domains(ends: [(f64, f64); 2]) -> [Domain<'static>; 2] {
+    let [u, v] = ends;
+    [Domain { ends: u, name: "u", of: "surface" }, Domain { ends: v, name: "v", of: "surface" }]
 }
 
 fn column(rows: &[Vec<Point<3>>], j: usize) -> Vec<Point<3>> {

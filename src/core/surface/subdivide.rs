@@ -2,7 +2,8 @@
 
 use super::{Direction, Patch, Surface};
 use crate::core::basis::{Basis, Bezier};
-use crate::core::error::{At, Error, Fault, at_most, increasing};
+use crate::core::domain::Domain;
+use crate::core::error::{At, Error, Fault, at_most, both, increasing};
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::subdivide::Form;
@@ -35,17 +36,18 @@ pub struct Pieces {
 /// [`limits::CONTROL_POINTS`].
 pub fn subdivide(surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Result<Pieces, Error> {
     let whole = surface.patch();
-    for (name, direction, values) in [("u", Direction::U, us), ("v", Direction::V, vs)] {
-        let range = whole.domain()[direction as usize];
-        values.iter().enumerate().try_for_each(|(i, &t)| super::within(direction, t, range).at(i)).at(name).at("at")?;
-        increasing("split parameters", values, true).at(name).at("at")?;
-    }
+    let [of_u, of_v] = super::domains(whole.domain());
+    let cuts = |domain: Domain, values: &[f64]| {
+        let settled = domain.settle_all(values)?;
+        increasing("split parameters", &settled, true).map(|()| settled)
+    };
+    let (us, vs) = both(cuts(of_u, us).at("u"), cuts(of_v, vs).at("v")).at("at")?;
     let [m, n] = whole.degrees();
     let points = (us.len() + 1).saturating_mul(vs.len() + 1).saturating_mul((m + 1) * (n + 1));
     at_most("control points in the answer", points, limits::effective().control_points, "Cut the surface in parts").at("at")?;
     let mut patches = Vec::with_capacity((us.len() + 1) * (vs.len() + 1));
-    for strip in cut(&whole, Direction::U, us)? {
-        patches.extend(cut(&strip, Direction::V, vs)?);
+    for strip in cut(&whole, Direction::U, &us)? {
+        patches.extend(cut(&strip, Direction::V, &vs)?);
     }
     if form != Form::Bezier {
         match in_family(surface, &patches) {

@@ -2,7 +2,7 @@
 
 use super::field::{Whole, need, number, whole};
 use crate::core::basis as core;
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{At, Error, Fault, both, every};
 use crate::core::limits;
 use crate::core::work::checkpoint;
 
@@ -98,12 +98,17 @@ impl Basis {
     pub fn parse(self) -> Result<core::Basis, Error> {
         // A request may hold a hundred thousand bases, and the rank of a shape matrix takes milliseconds.
         checkpoint()?;
-        Ok(match self.kind()? {
+        let family = self.kind();
+        both(family, self.with_family()).map(|(_, basis)| basis)
+    }
+
+    fn with_family(self) -> Result<core::Basis, Error> {
+        Ok(match self.tag()? {
             BasisFamily::Bezier => core::Basis::Bezier(core::Bezier),
             BasisFamily::Beta => core::Basis::Beta(match (self.beta, self.lambda) {
                 (Some(beta), None) => core::Beta::from_beta(beta)?,
                 (None, Some(lambda)) => core::Beta::from_lambda(lambda)?,
-                (None, None) => return Err(Fault::Missing { field: "beta" }.into()),
+                (None, None) => return Err(Fault::Missing { field: "beta` or `lambda" }.into()),
                 (Some(_), Some(_)) => {
                     let why = "beta and lambda = 1 / beta say the same thing; give one of them";
                     return Err(Fault::Contradiction(why.into()).at("lambda"));
@@ -137,7 +142,7 @@ impl From<&core::Basis> for Basis {
 /// As [`Basis::parse`]; more bases than [`limits::SEGMENTS`].
 pub fn parse_list(bases: Vec<Basis>) -> Result<Vec<core::Basis>, Error> {
     crate::core::error::at_most("bases", bases.len(), limits::effective().segments, "Send the curve in parts")?;
-    bases.into_iter().enumerate().map(|(i, basis)| basis.parse().at(i)).collect()
+    every(bases.into_iter().enumerate().map(|(i, basis)| basis.parse().at(i)))
 }
 
 /// The bases of a request that takes `basis` for all segments or `bases`, one for each; bezier by default.

@@ -1,10 +1,11 @@
 //! Curves on the wire.
 
 use super::basis::{Basis, BasisFamily, Shape, li_beta, parse_list};
-use super::field::{Whole, need, number, whole};
+use super::field::{Whole, need, number, part, whole};
 use super::points::Points;
+use crate::core::basis;
 use crate::core::curve as core;
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{At, Error, Fault, both, every, increasing};
 use crate::core::knots::Breaks;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -68,10 +69,10 @@ impl Dimensioned {
     /// Faults of a curve at its place in the list; no curve at all; a curve of another dimension.
     pub fn parse_list(curves: Vec<Curve>) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
         crate::core::error::at_least("curves", curves.len(), 1)?;
-        let parsed = curves.into_iter().enumerate().map(|(i, curve)| curve.parse().at(i));
+        let parsed = every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse().at(i)))?;
         let (mut plane, mut space) = (Vec::new(), Vec::new());
-        for (i, curve) in parsed.enumerate() {
-            match curve? {
+        for (i, curve) in parsed.into_iter().enumerate() {
+            match curve {
                 Dimensioned::Plane(curve) => plane.push(curve),
                 Dimensioned::Space(curve) => space.push(curve),
             }
@@ -82,6 +83,25 @@ impl Dimensioned {
             }
         }
         Ok(if space.is_empty() { Dimensioned::Plane(plane) } else { Dimensioned::Space(space) })
+    }
+}
+
+/// A curve but for its control points, whose dimension is not known yet.
+enum Frame {
+    Single(basis::Basis),
+    Piecewise { bases: core::Bases, breaks: Breaks, order: usize, closed: bool },
+    BSpline { degree: usize, knots: Vec<f64>, closed: bool },
+}
+
+impl Frame {
+    fn with_points<const D: usize>(self, points: Vec<Point<D>>) -> Result<core::Curve<D>, Error> {
+        Ok(match self {
+            Frame::Single(basis) => core::Curve::Single(core::Single::new(basis, points)?),
+            Frame::Piecewise { bases, breaks, order, closed } => {
+                core::Curve::Piecewise(core::Piecewise::new(bases, order, breaks, closed, points)?)
+            }
+            Frame::BSpline { degree, knots, closed } => core::Curve::BSpline(core::BSpline::new(degree, knots, points, closed)?),
+        })
     }
 }
 
@@ -99,40 +119,49 @@ impl Curve {
     /// Fields of another family, missing fields, and whatever the mathematics forbids, each at its place.
     pub fn parse(mut self) -> Result<Dimensioned, Error> {
         checkpoint()?;
-        self.kind()?;
-        Ok(match need(self.control_points.take(), "control_points")? {
-            Points::Plane(points) => Dimensioned::Plane(self.with_points(points)?),
-            Points::Space(points) => Dimensioned::Space(self.with_points(points)?),
+        let family = self.kind();
+        let points = need(self.control_points.take(), "control_points");
+        let ((_, frame), points) = both(both(family, self.frame()), points)?;
+        Ok(match points {
+            Points::Plane(points) => Dimensioned::Plane(frame.with_points(points)?),
+            Points::Space(points) => Dimensioned::Space(frame.with_points(points)?),
         })
     }
 
-    fn with_points<const D: usize>(self, points: Vec<Point<D>>) -> Result<core::Curve<D>, Error> {
-        let family = match need(self.family, "family")? {
+    /// All but the control points.
+    fn frame(self) -> Result<Frame, Error> {
+        let family = match self.tag()? {
             CurveFamily::Bezier => BasisFamily::Bezier,
             CurveFamily::Beta => BasisFamily::Beta,
             CurveFamily::AlphaBeta => BasisFamily::AlphaBeta,
             CurveFamily::Quasi => BasisFamily::Quasi,
-            CurveFamily::Piecewise => return self.piecewise(points).map(core::Curve::Piecewise),
-            CurveFamily::BSpline => return self.bspline(points).map(core::Curve::BSpline),
+            CurveFamily::Piecewise => return self.piecewise(),
+            CurveFamily::BSpline => return self.bspline(),
         };
         let basis = Basis { family: Some(family), beta: self.beta, lambda: self.lambda, alpha: self.alpha, shape: self.shape };
-        Ok(core::Curve::Single(core::Single::new(basis.parse()?, points)?))
+        basis.parse().map(Frame::Single)
     }
 
-    fn piecewise<const D: usize>(self, points: Vec<Point<D>>) -> Result<core::Piecewise<D>, Error> {
-        let mut bases = parse_list(need(self.bases, "bases")?).at("bases")?;
-        let bases = match bases.pop() {
-            Some(only) if bases.is_empty() => core::Bases::Common(only),
-            Some(last) => core::Bases::PerSegment(bases.into_iter().chain([last]).collect()),
-            None => return Err(Fault::TooFew { what: "bases", count: 0, least: 1 }.at("bases")),
+    fn piecewise(self) -> Result<Frame, Error> {
+        let list = |bases| {
+            let mut bases = parse_list(bases)?;
+            match bases.pop() {
+                Some(only) if bases.is_empty() => Ok(core::Bases::Common(only)),
+                Some(last) => Ok(core::Bases::PerSegment(bases.into_iter().chain([last]).collect())),
+                None => Err(Fault::TooFew { what: "bases", count: 0, least: 1 }.into()),
+            }
         };
-        let breaks = Breaks::new(need(self.knots, "knots")?).at("knots")?;
-        core::Piecewise::new(bases, need(self.order, "order")?.0, breaks, self.closed.unwrap_or(false), points)
+        let parts = both(part(self.bases, "bases", list), part(self.knots, "knots", Breaks::new));
+        let order = part(self.order, "order", |order| Ok(core::within_degrees("order", order.0).map(|()| order.0)?));
+        let ((bases, breaks), order) = both(parts, order)?;
+        Ok(Frame::Piecewise { bases, breaks, order, closed: self.closed.unwrap_or(false) })
     }
 
-    fn bspline<const D: usize>(self, points: Vec<Point<D>>) -> Result<core::BSpline<D>, Error> {
-        let knots = need(self.knots, "knots")?;
-        core::BSpline::new(need(self.degree, "degree")?.0, knots, points, self.closed.unwrap_or(false))
+    fn bspline(self) -> Result<Frame, Error> {
+        let degree = part(self.degree, "degree", |degree| Ok(core::within_degrees("degree", degree.0).map(|()| degree.0)?));
+        let knots = part(self.knots, "knots", |knots| increasing("knots", &knots, false).map(|()| knots));
+        let (degree, knots) = both(degree, knots)?;
+        Ok(Frame::BSpline { degree, knots, closed: self.closed.unwrap_or(false) })
     }
 
     /// The curve of an answer.

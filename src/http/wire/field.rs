@@ -9,8 +9,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
 
-use super::raw;
-use crate::core::error::{Error, Fault};
+use super::{raw, tolerant};
+use crate::core::error::{At, Error, Fault};
 use crate::core::limits;
 use crate::core::work::Pace;
 
@@ -67,12 +67,44 @@ pub const TOO_LONG: &str = "the list has more than";
 /// Reads a value as a field does.
 struct Reader<T>(PhantomData<T>);
 
+impl<T> Clone for Reader<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Reader<T> {}
+
 impl<'de, T: Field> DeserializeSeed<'de> for Reader<T> {
     type Value = T;
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
         T::read(deserializer)
     }
+}
+
+/// Reads the items that are left of a list, and all of them where the reader goes on after a fault.
+///
+/// # Errors
+/// The first item that is none; more than [`ITEMS`].
+pub(super) fn read_each<'de, S, A>(seq: &mut A, seed: S, mut take: impl FnMut(S::Value)) -> Result<(), A::Error>
+where
+    S: DeserializeSeed<'de> + Copy,
+    A: SeqAccess<'de>,
+{
+    let (mut pace, mut count, mut fault) = (Pace::default(), 0, None);
+    loop {
+        match seq.next_element_seed(seed) {
+            Ok(Some(_)) if count == ITEMS => return Err(too_long()),
+            Ok(Some(item)) => take(item),
+            Ok(None) => break,
+            Err(error) if tolerant::reads_on() => fault = Some(error),
+            Err(error) => return Err(error),
+        }
+        pace.step().map_err(A::Error::custom)?;
+        count += 1;
+    }
+    fault.map_or(Ok(()), Err)
 }
 
 /// The value of a key of an object.
@@ -166,19 +198,15 @@ impl<T: Field> Field for Vec<T> {
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vec<T>, A::Error> {
                 let mut items = Vec::new();
-                let mut pace = Pace::default();
-                while let Some(item) = seq.next_element_seed(Reader(PhantomData))? {
-                    pace.step().map_err(A::Error::custom)?;
-                    if items.len() == ITEMS {
-                        return Err(too_long());
-                    }
-                    items.push(item);
-                }
+                read_each(&mut seq, Reader(PhantomData), |item| items.push(item))?;
                 Ok(items)
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Vec<T>, A::Error> {
-                T::from_raw(raw::rows(map)?).ok_or_else(|| A::Error::custom("expected an array, or raw numbers in rows that fit"))
+                let rows = raw::rows(map)?;
+                let fault =
+                    |()| A::Error::custom(rows.misfit("0: a list of plain numbers (only lists of numbers and of points may be raw)"));
+                T::from_raw(rows.clone()).ok_or(()).map_err(fault)
             }
         }
         raw::deserialize_list(deserializer, List(PhantomData))
@@ -213,6 +241,14 @@ pub fn list<T: Field>(least: usize, most: usize) -> ArrayBuilder {
 /// [`Fault::Missing`], placed at the object that lacks it.
 pub fn need<T>(field: Option<T>, name: &'static str) -> Result<T, Error> {
     field.ok_or_else(|| Fault::Missing { field: name }.into())
+}
+
+/// The parsed value of a field that must be there.
+///
+/// # Errors
+/// [`Fault::Missing`] at the object; what is wrong with the value, at its field.
+pub fn part<T, U>(field: Option<T>, name: &'static str, parse: impl FnOnce(T) -> Result<U, Error>) -> Result<U, Error> {
+    parse(need(field, name)?).at(name)
 }
 
 /// A count. Any JSON number without a fraction: `3` and `3.0` are the same number.
@@ -264,11 +300,11 @@ impl Field for Whole {
 #[repr(transparent)]
 pub struct Tuple<T, const N: usize>(pub [T; N]);
 
-impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Tuple<T, N> {
+impl<'de, T: Field, const N: usize> Deserialize<'de> for Tuple<T, N> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         // A list first: a reader of N values would take one too many for broken JSON.
-        let values = Vec::deserialize(deserializer)?;
-        let wrong = |values: Vec<T>| serde::de::Error::invalid_length(values.len(), &format!("{N} values").as_str());
+        let values = Vec::read(deserializer)?;
+        let wrong = |values: Vec<T>| serde::de::Error::invalid_length(values.len(), &format!("an array of {N}").as_str());
         values.try_into().map(Tuple).map_err(wrong)
     }
 }
@@ -302,8 +338,31 @@ impl<T: Field, const N: usize> Field for Tuple<T, N> {
 macro_rules! names {
     ($(#[doc = $doc:literal])* $vis:vis enum $name:ident { $($(#[doc = $vdoc:literal])* $variant:ident = $text:literal),* $(,)? }) => {
         $(#[doc = $doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
         $vis enum $name { $($(#[doc = $vdoc])* #[serde(rename = $text)] $variant),* }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                const NAMES: &[&str] = &[$($text),*];
+                struct NameVisitor;
+                impl serde::de::Visitor<'_> for NameVisitor {
+                    type Value = $name;
+
+                    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                        f.write_str("one of ")?;
+                        f.write_str(&NAMES.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "))
+                    }
+
+                    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<$name, E> {
+                        match name {
+                            $($text => Ok($name::$variant),)*
+                            _ => Err(E::unknown_variant(name, NAMES)),
+                        }
+                    }
+                }
+                deserializer.deserialize_str(NameVisitor)
+            }
+        }
 
         impl $crate::http::wire::Field for $name {
             fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {

@@ -7,7 +7,8 @@ use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
 
 use super::field::{Field, read_value};
-use crate::core::error::{Error, Fault};
+use super::tolerant;
+use crate::core::error::{Error, Fault, every};
 
 /// Declares a JSON object: `required` or `optional` fields, each with its documentation, its type and, where
 /// the type alone does not say enough, its schema.
@@ -89,9 +90,14 @@ macro_rules! union {
             /// # Errors
             /// A missing tag or field, or a field of another variant.
             pub fn kind(&self) -> Result<$kind, $crate::core::error::Error> {
-                let kind = self.$tag.ok_or_else(|| $crate::http::wire::Variant::missing_tag(Self::VARIANTS, stringify!($tag)))?;
+                let kind = self.tag()?;
                 $crate::http::wire::Variant::check(Self::VARIANTS, kind as usize, &self.present()[1..])?;
                 Ok(kind)
+            }
+
+            /// The variant, whatever fields are there.
+            fn tag(&self) -> Result<$kind, $crate::core::error::Error> {
+                self.$tag.ok_or_else(|| $crate::http::wire::Variant::missing_tag(Self::VARIANTS, stringify!($tag)))
             }
 
             fn parts() -> Vec<$crate::http::wire::Part> {
@@ -143,7 +149,7 @@ macro_rules! object_type {
                         while let Some(key) = map.next_key::<String>()? {
                             match key.as_str() {
                                 $(stringify!($field) => $crate::http::wire::set(&mut object.$field, stringify!($field), &mut map)?,)*
-                                _ => return Err($crate::http::wire::refuse(&mut map, &key, &[$(stringify!($field)),*])),
+                                _ => $crate::http::wire::refuse(&mut map, &key, &[$(stringify!($field)),*])?,
                             }
                         }
                         Ok(object)
@@ -209,30 +215,49 @@ macro_rules! nested {
     };
 }
 
-/// Reads the value of a field into its place, once.
-pub fn set<'de, T: Field, A: MapAccess<'de>>(place: &mut Option<T>, name: &str, map: &mut A) -> Result<(), A::Error> {
-    if place.is_some() {
-        return Err(refuse_value(map, format!("duplicate field `{name}`: it was given before")));
-    }
-    *place = Some(read_value(map)?);
-    Ok(())
+/// Reads the value of a field into its place, once. Where the reader goes on after a fault, the place stays empty.
+pub fn set<'de, T: Field, A: MapAccess<'de>>(place: &mut Option<T>, name: &'static str, map: &mut A) -> Result<(), A::Error> {
+    set_by(place, name, map, read_value)
 }
 
-/// The error for a field that the object does not have.
-pub fn refuse<'de, A: MapAccess<'de>>(map: &mut A, name: &str, known: &[&str]) -> A::Error {
-    refuse_value(map, format!("unknown field `{name}`: the fields here are {}", known.join(", ")))
+/// The same for a value that is read in its own way.
+pub fn set_by<'de, T, A: MapAccess<'de>>(
+    place: &mut Option<T>,
+    name: &'static str,
+    map: &mut A,
+    read: impl FnOnce(&mut A) -> Result<T, A::Error>,
+) -> Result<(), A::Error> {
+    go_on(match place {
+        Some(_) => map.next_value_seed(Refusal::Repeated(name)),
+        None => read(map).map(|value| *place = Some(value)),
+    })
 }
 
-/// Fails while the value is read, and not before, so that the path of the error ends at this field.
-fn refuse_value<'de, A: MapAccess<'de>>(map: &mut A, message: String) -> A::Error {
-    struct Refusal(String);
-    impl<'de> DeserializeSeed<'de> for Refusal {
-        type Value = ();
-        fn deserialize<D: Deserializer<'de>>(self, _: D) -> Result<(), D::Error> {
-            Err(D::Error::custom(self.0))
-        }
+/// Refuses a field that the object does not have.
+pub fn refuse<'de, A: MapAccess<'de>>(map: &mut A, name: &str, known: &'static [&'static str]) -> Result<(), A::Error> {
+    go_on(map.next_value_seed(Refusal::Unknown(name, known)))
+}
+
+/// A fault that the reader has noted does not end the object.
+fn go_on<E>(read: Result<(), E>) -> Result<(), E> {
+    if tolerant::reads_on() { Ok(()) } else { read }
+}
+
+/// Fails while the value is read, and not before, so that the place of the fault is this field.
+enum Refusal<'a> {
+    Repeated(&'static str),
+    Unknown(&'a str, &'static [&'static str]),
+}
+
+impl<'de> DeserializeSeed<'de> for Refusal<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, _: D) -> Result<(), D::Error> {
+        Err(match self {
+            Refusal::Repeated(name) => D::Error::duplicate_field(name),
+            Refusal::Unknown(name, known) => D::Error::unknown_field(name, known),
+        })
     }
-    map.next_value_seed(Refusal(message.clone())).err().unwrap_or_else(|| A::Error::custom(message))
 }
 
 /// The fault of an object without a field it needs.
@@ -280,17 +305,16 @@ impl Variant {
     /// Checks that the fields present are those of variant number `kind`.
     ///
     /// # Errors
-    /// [`Fault::ForeignField`] at the field, [`Fault::Missing`] at the object.
+    /// [`Fault::ForeignField`] at each such field, [`Fault::Missing`] at the object.
     pub fn check(variants: &'static [Variant], kind: usize, present: &[&'static str]) -> Result<(), Error> {
         let variant = &variants[kind];
-        if let Some(&field) = present.iter().find(|field| !variant.has(field)) {
+        let foreign = |field: &'static str| {
             let owners = variants.iter().filter(|v| v.has(field)).map(|v| v.text).collect::<Vec<_>>().join(", ");
-            return Err(Fault::ForeignField { field, of: variant.text, owners }.at(field));
-        }
-        match variant.required.iter().find(|field| !present.contains(field)) {
-            Some(field) => Err(missing(field)),
-            None => Ok(()),
-        }
+            Fault::ForeignField { field, of: variant.text, owners }.at(field)
+        };
+        let foreign = present.iter().filter(|field| !variant.has(field)).map(|&field| Err::<(), _>(foreign(field)));
+        let absent = variant.required.iter().filter(|field| !present.contains(field));
+        every(absent.map(|field| Err(missing(field))).chain(foreign)).map(drop)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Lists of points, and single vectors: 2D or 3D.
 
 use std::fmt;
+use std::marker::PhantomData;
 
 use bytemuck::TransparentWrapper;
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
@@ -8,11 +9,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
 
-use super::field::{Components, Field, ITEMS, number, too_long, write_numbers};
-use super::raw;
+use super::field::{Components, Field, number, read_each, write_numbers};
+use super::{raw, tolerant};
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
-use crate::core::work::Pace;
 
 /// Points of the plane or of space; all of one dimension.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,6 +111,24 @@ impl Vector {
     }
 }
 
+/// The next coordinate of a point. Where the reader goes on after a fault, so do the coordinates.
+fn coordinate<'de, A: SeqAccess<'de>>(seq: &mut A) -> Result<Option<f64>, A::Error> {
+    let next = seq.next_element();
+    if next.is_err() && tolerant::reads_on() {
+        while coordinate(seq)?.is_some() {}
+    }
+    next
+}
+
+/// How many more items there are.
+fn rest<'de, A: SeqAccess<'de>>(seq: &mut A) -> Result<usize, A::Error> {
+    let mut count = 0;
+    while seq.next_element::<serde::de::IgnoredAny>()?.is_some() {
+        count += 1;
+    }
+    Ok(count)
+}
+
 /// Exactly `D` numbers.
 struct Fixed<const D: usize>(Point<D>);
 
@@ -127,10 +145,10 @@ impl<'de, const D: usize> Deserialize<'de> for Fixed<D> {
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Fixed<D>, A::Error> {
                 let mut point = Point::ZERO;
                 for i in 0..D {
-                    point[i] = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                    point[i] = coordinate(&mut seq)?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
                 }
-                match seq.next_element::<f64>()? {
-                    Some(_) => Err(A::Error::invalid_length(D + 1, &self)),
+                match coordinate(&mut seq)? {
+                    Some(_) => Err(A::Error::invalid_length(D + 1 + rest(&mut seq)?, &self)),
                     None => Ok(Fixed(point)),
                 }
             }
@@ -146,16 +164,16 @@ impl<'de> Deserialize<'de> for Vector {
             type Value = Vector;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("2 or 3 numbers")
+                f.write_str("a point of 2 or 3 numbers")
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vector, A::Error> {
                 let short = |i: usize| A::Error::invalid_length(i, &VectorVisitor);
-                let x = seq.next_element()?.ok_or_else(|| short(0))?;
-                let y = seq.next_element()?.ok_or_else(|| short(1))?;
-                let Some(z) = seq.next_element()? else { return Ok(Vector::Plane(Point([x, y]))) };
-                match seq.next_element::<f64>()? {
-                    Some(_) => Err(short(4)),
+                let x = coordinate(&mut seq)?.ok_or_else(|| short(0))?;
+                let y = coordinate(&mut seq)?.ok_or_else(|| short(1))?;
+                let Some(z) = coordinate(&mut seq)? else { return Ok(Vector::Plane(Point([x, y]))) };
+                match coordinate(&mut seq)? {
+                    Some(_) => Err(short(4 + rest(&mut seq)?)),
                     None => Ok(Vector::Space(Point([x, y, z]))),
                 }
             }
@@ -175,29 +193,27 @@ impl<'de> Deserialize<'de> for Points {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Points, A::Error> {
-                fn rest<'de, const D: usize, A: SeqAccess<'de>>(first: Point<D>, seq: &mut A) -> Result<Vec<Point<D>>, A::Error> {
+                fn after<'de, const D: usize, A: SeqAccess<'de>>(first: Point<D>, seq: &mut A) -> Result<Vec<Point<D>>, A::Error> {
                     let mut points = vec![first];
-                    let mut pace = Pace::default();
-                    while let Some(Fixed(point)) = seq.next_element()? {
-                        pace.step().map_err(A::Error::custom)?;
-                        if points.len() == ITEMS {
-                            return Err(too_long());
-                        }
-                        points.push(point);
-                    }
+                    read_each(seq, PhantomData::<Fixed<D>>, |Fixed(point)| points.push(point))?;
                     Ok(points)
                 }
-                match seq.next_element()? {
-                    Some(Vector::Plane(first)) => rest(first, &mut seq).map(Points::Plane),
-                    Some(Vector::Space(first)) => rest(first, &mut seq).map(Points::Space),
-                    None => Ok(Points::Plane(Vec::new())),
+                match seq.next_element() {
+                    Ok(Some(Vector::Plane(first))) => after(first, &mut seq).map(Points::Plane),
+                    Ok(Some(Vector::Space(first))) => after(first, &mut seq).map(Points::Space),
+                    Ok(None) => Ok(Points::Plane(Vec::new())),
+                    Err(fault) if tolerant::reads_on() => {
+                        read_each(&mut seq, PhantomData::<Vector>, drop)?;
+                        Err(fault)
+                    }
+                    Err(fault) => Err(fault),
                 }
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Points, A::Error> {
                 let rows = raw::rows(map)?;
                 let points = rows.points().map(Points::Plane).or_else(|| rows.points().map(Points::Space));
-                points.ok_or_else(|| A::Error::custom("expected raw points of 2 or 3 columns"))
+                points.ok_or_else(|| A::Error::custom(rows.misfit("2 or 3: a list of points")))
             }
         }
         raw::deserialize_list(deserializer, PointsVisitor)

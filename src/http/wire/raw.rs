@@ -23,7 +23,8 @@ thread_local! {
 pub fn read<T>(body: &Bytes, read: impl FnOnce(&[u8]) -> Result<T, Problem>) -> Result<T, Problem> {
     let (header, numbers) = split(body).ok_or_else(|| {
         let detail =
-            "the body is not the raw format: 16 bytes with the magic SPRLINE1 and the length of the header, the header, numbers of 8 bytes";
+            "the body is not in the raw format: it begins with 16 bytes, which are the magic SPRLINE1, the length of the header and zeros; \
+             the header, which is JSON, and then numbers of 8 bytes follow";
         Problem::new(StatusCode::BAD_REQUEST, "not_raw", "The body is not in the raw format", detail)
     })?;
     /// Leaves no numbers behind, after a panic neither.
@@ -53,6 +54,7 @@ pub fn deserialize_list<'de, D: Deserializer<'de>, V: Visitor<'de>>(deserializer
 }
 
 /// Numbers in rows.
+#[derive(Clone)]
 pub struct Rows {
     bytes: Bytes,
     columns: usize,
@@ -65,11 +67,11 @@ pub struct Rows {
 pub fn rows<'de, A: MapAccess<'de>>(mut map: A) -> Result<Rows, A::Error> {
     let key: Option<String> = map.next_key()?;
     if key.as_deref() != Some("$f64") {
-        return Err(A::Error::custom("expected an array, or {\"$f64\": [start, rows, columns]}"));
+        return Err(A::Error::custom("expected an array, or an object of the form {\"$f64\": [start, rows, columns]}"));
     }
     let [start, rows, columns]: [usize; 3] = map.next_value()?;
     if map.next_key::<String>()?.is_some() {
-        return Err(A::Error::custom("expected nothing beside $f64"));
+        return Err(A::Error::custom("an object with `$f64` has no other field"));
     }
     if rows > ITEMS {
         return Err(too_long());
@@ -79,11 +81,26 @@ pub fn rows<'de, A: MapAccess<'de>>(mut map: A) -> Result<Rows, A::Error> {
     let held = NUMBERS.with_borrow(Clone::clone).unwrap_or_default();
     match from.zip(to) {
         Some((from, to)) if to <= held.len() => Ok(Rows { bytes: held.slice(from..to), columns }),
-        _ => Err(A::Error::custom(format!("$f64 names numbers beyond the {} that follow the header", held.len() / 8))),
+        _ => Err(A::Error::custom(beyond(held.len() / 8, (start, rows, columns)))),
     }
 }
 
+/// Why numbers are not there.
+fn beyond(held: usize, (start, rows, columns): (usize, usize, usize)) -> String {
+    let numbers = if held == 1 { "number follows" } else { "numbers follow" };
+    let wanted = if columns == 0 { format!("{rows} numbers") } else { format!("{rows} rows of {columns} numbers") };
+    format!("{wanted} from number {start} on are asked for, but {held} {numbers} the header; the first of them is number 0")
+}
+
 impl Rows {
+    /// Why they are not what was expected.
+    pub fn misfit(&self, expected: &str) -> String {
+        match self.all().position(|number| !number.is_finite()) {
+            Some(i) => format!("number {i} of these is infinite or not a number; JSON has neither"),
+            None => format!("these numbers have {} columns; expected {expected}", self.columns),
+        }
+    }
+
     fn all(&self) -> impl Iterator<Item = f64> {
         self.bytes.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes))
     }

@@ -3,9 +3,9 @@
 use utoipa::openapi::schema::ArrayBuilder;
 
 use super::basis::Basis;
-use super::field::{Tuple, list, need};
+use super::field::{Tuple, list, part};
 use super::points::{Points, space_list};
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{At, Error, Fault, both, every};
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::surface as core;
@@ -46,10 +46,9 @@ impl Surface {
     /// # Errors
     /// Faults of a basis or of the net, each at its place; a row of 2D points.
     pub fn parse(self) -> Result<core::Surface, Error> {
-        let u = need(self.u, "u")?.parse().at("u")?;
-        let v = need(self.v, "v")?.parse().at("v")?;
-        let rows = need(self.control_net, "control_net")?.into_iter().enumerate();
-        let net = rows.map(|(i, row)| space(row).at(i)).collect::<Result<_, _>>().at("control_net")?;
+        let bases = both(part(self.u, "u", Basis::parse), part(self.v, "v", Basis::parse));
+        let rows = |net: Vec<Points>| every(net.into_iter().enumerate().map(|(i, row)| space(row).at(i)));
+        let ((u, v), net) = both(bases, part(self.control_net, "control_net", rows))?;
         core::Surface::new(u, v, net)
     }
 }
