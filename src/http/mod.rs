@@ -25,6 +25,7 @@ pub mod paper;
 pub mod pool;
 pub mod render;
 pub mod reshape;
+pub mod rounded;
 pub mod service;
 pub mod shape;
 pub mod subdivide;

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::thread;
 
 use super::paper::{Paper, Stopped};
+use super::rounded::{Block, LANES, ROOM, Rounding};
 use super::shape::{Layout, Precision, Shape};
 use super::writer::{Unwritten, not_finite};
 use crate::core::lanes::are_finite;
@@ -91,13 +92,13 @@ impl Numbers<'_> {
 /// What it takes to turn numbers to text; made once for many lists.
 pub struct Scribe {
     texts: [zmij::Buffer; AT_ONCE],
+    block: Block,
     line: Line,
-    rounded: Vec<f64>,
 }
 
 impl Default for Scribe {
     fn default() -> Self {
-        Scribe { texts: std::array::from_fn(|_| zmij::Buffer::new()), line: Line::new(), rounded: Vec::new() }
+        Scribe { texts: std::array::from_fn(|_| zmij::Buffer::new()), block: Block::new(), line: Line::new() }
     }
 }
 
@@ -105,32 +106,52 @@ impl Scribe {
     /// Whole rows, separated by commas.
     fn write(&mut self, numbers: Numbers, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
         paper.expect(numbers.values.len() * DIGITS)?;
-        let width = if shape.layout == Layout::Nested { numbers.columns } else { 0 };
-        let (mut before, mut column) = (if width > 0 { OPEN } else { NOTHING }, 0);
+        let mut commas = Commas::of(if shape.layout == Layout::Nested { numbers.columns } else { 0 });
         for values in numbers.values.chunks(AT_ONCE) {
-            let values = shape.precision.round_all(values, &mut self.rounded);
             check_finite(values)?;
-            let mut texts = [""; AT_ONCE];
-            for ((text, buffer), value) in texts.iter_mut().zip(&mut self.texts).zip(values) {
-                let single = shape.precision == Precision::Single;
-                *text = if single { buffer.format_finite(*value as f32) } else { buffer.format_finite(*value) };
-            }
-            for text in &texts[..values.len()] {
-                self.line.put(before);
-                self.line.put_number(text.as_bytes());
-                column += 1;
-                before = if column == width { NEXT } else { COMMA };
-                column *= usize::from(column != width);
+            match shape.precision {
+                Precision::Full => self.write_shortest(values, &mut commas, |value| value),
+                Precision::Single => {
+                    let singles = values.iter().all(|value| (*value as f32).is_finite());
+                    singles.then(|| self.write_shortest(values, &mut commas, |value| value as f32)).ok_or_else(not_finite)?;
+                }
+                Precision::Digits(digits) => {
+                    self.write_rounded(values, &mut commas, Rounding::to(digits)).ok_or_else(not_finite)?;
+                }
             }
             paper.write_all(&self.line.bytes[..self.line.length])?;
             self.line.length = 0;
         }
-        paper.write_all(if width > 0 { b"]" } else { b"" }).map_err(Unwritten::from)
+        paper.write_all(if commas.width > 0 { b"]" } else { b"" }).map_err(Unwritten::from)
+    }
+
+    /// The shortest texts that parse back to the same numbers, all of which are finite.
+    #[inline]
+    fn write_shortest<F: zmij::Float>(&mut self, values: &[f64], commas: &mut Commas, convert: fn(f64) -> F) {
+        let mut texts = [""; AT_ONCE];
+        for ((text, buffer), value) in texts.iter_mut().zip(&mut self.texts).zip(values) {
+            *text = buffer.format_finite(convert(*value));
+        }
+        for text in &texts[..values.len()] {
+            self.line.put(commas.next());
+            self.line.put_number(text.as_bytes());
+        }
+    }
+
+    /// Rounded texts, or nothing where a number becomes too large.
+    fn write_rounded(&mut self, values: &[f64], commas: &mut Commas, rounding: Rounding) -> Option<()> {
+        self.block.round(rounding, values);
+        for (i, value) in values.iter().enumerate() {
+            self.line.put(commas.next());
+            let room = &mut self.line.bytes[self.line.length..];
+            self.line.length += self.block.write(rounding, i, *value, room)?;
+        }
+        Some(())
     }
 }
 
 /// How many numbers are turned to text before their texts are copied: a text that is copied at once waits for its own stores.
-const AT_ONCE: usize = 24;
+const AT_ONCE: usize = LANES;
 /// The longest text of a number, -2.2250738585072014e-308.
 const LONGEST: usize = 24;
 
@@ -141,15 +162,38 @@ const OPEN: Before = (b"[   ", 1);
 const COMMA: Before = (b",   ", 1);
 const NEXT: Before = (b"],[ ", 3);
 
+/// What separates numbers.
+struct Commas {
+    /// How many numbers are in a row; 0 for plain numbers.
+    width: usize,
+    column: usize,
+    before: Before,
+}
+
+impl Commas {
+    fn of(width: usize) -> Self {
+        Commas { width, column: 0, before: if width > 0 { OPEN } else { NOTHING } }
+    }
+
+    /// What stands before the next number.
+    #[inline]
+    fn next(&mut self) -> Before {
+        self.column += 1;
+        let ends = self.column == self.width;
+        self.column *= usize::from(!ends);
+        std::mem::replace(&mut self.before, if ends { NEXT } else { COMMA })
+    }
+}
+
 /// Text of numbers, copied in words of fixed size: where the compiler does not know the length, each copy is a call.
 struct Line {
-    bytes: [u8; AT_ONCE * (LONGEST + 4)],
+    bytes: [u8; AT_ONCE * (LONGEST + 4) + ROOM],
     length: usize,
 }
 
 impl Line {
     fn new() -> Self {
-        Line { bytes: [0; AT_ONCE * (LONGEST + 4)], length: 0 }
+        Line { bytes: [0; AT_ONCE * (LONGEST + 4) + ROOM], length: 0 }
     }
 
     #[inline]

@@ -13,6 +13,8 @@
 //! `{"$f64": [start, rows, columns]}` in the header stands for `rows` entries of `columns` doubles (0 columns: plain numbers) that begin
 //! `start` doubles after the header; `$f32` the same with floats of 4 bytes, `start` counted in floats.
 
+use super::rounded::Rounding;
+
 /// The media type of the raw format.
 pub const RAW: &str = "application/vnd.springline.f64";
 /// How the raw format begins.
@@ -59,8 +61,7 @@ impl Precision {
         match self {
             Precision::Full => value,
             Precision::Single => f64::from(value as f32),
-            // Printing rounds correctly, and what is printed is a number.
-            Precision::Digits(digits) => format!("{value:.*e}", usize::from(digits) - 1).parse().unwrap_or(value),
+            Precision::Digits(digits) => Rounding::to(digits).round(value),
         }
     }
 

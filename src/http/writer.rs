@@ -6,6 +6,7 @@ use serde::ser::{self, Impossible, Serialize, SerializeSeq, SerializeStruct, Ser
 
 use super::numbers::{Numbers, Scribe};
 use super::paper::Paper;
+use super::rounded::{ROOM, Rounding};
 use super::shape::{MAGIC, PREFIX, Precision, Shape};
 
 /// Why an answer cannot be written.
@@ -90,13 +91,19 @@ impl Writer<'_> {
 
     /// A number by itself.
     fn number(&mut self, value: f64) -> Result<(), Unwritten> {
-        let value = self.shape.precision.round(value);
-        if !value.is_finite() {
+        if !self.shape.precision.round(value).is_finite() {
             return Err(not_finite());
         }
-        let mut buffer = zmij::Buffer::new();
-        let single = self.shape.precision == Precision::Single;
-        self.text((if single { buffer.format_finite(value as f32) } else { buffer.format_finite(value) }).as_bytes())
+        let (mut buffer, mut room) = (zmij::Buffer::new(), [0; ROOM]);
+        let text = match self.shape.precision {
+            Precision::Full => buffer.format_finite(value).as_bytes(),
+            Precision::Single => buffer.format_finite(value as f32).as_bytes(),
+            Precision::Digits(digits) => {
+                let length = Rounding::to(digits).write(value, &mut room).ok_or_else(not_finite)?;
+                &room[..length]
+            }
+        };
+        self.text(text)
     }
 
     /// A list of numbers or of points.
