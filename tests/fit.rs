@@ -609,7 +609,6 @@ mod tolerance {
             assert!(matches!(error(wave(20), Parameters::Uniform, tolerance).fault, Fault::OutOfRange { .. }));
         }
         assert!(matches!(error(wave(20), Parameters::Uniform, 1e-17).fault, Fault::ToleranceTooSmall { .. }));
-        rank_deficient(run(Basis::Bezier(Bezier), wave(3), Parameters::Uniform, Ends::Free, 1.0), "/points", "3 distinct");
         let straight = Basis::Beta(Beta::from_lambda(0.0).unwrap());
         let no_way_back = run(straight, wave(30), Parameters::Uniform, Ends::Free, 1.0).unwrap_err();
         assert_eq!(no_way_back.place.to_string(), "/solve/basis");
@@ -632,6 +631,105 @@ mod tolerance {
         let (some, twice) = (work(2_000), work(4_000));
         println!("{some} checkpoints for 2,000 points, {twice} for 4,000");
         assert!(twice < 3 * some, "{some}, {twice}");
+    }
+
+    #[test]
+    fn two_points_give_a_line_and_three_a_parabola() {
+        let points = vec![Point([1.0, 2.0, 0.0]), Point([4.0, -2.0, 1.0]), Point([5.0, 6.0, -3.0])];
+        for ends in [Ends::Free, Ends::Interpolate] {
+            for basis in [Basis::Bezier(Bezier), beta(1.0)] {
+                let line = run(basis.clone(), points[..2].to_vec(), Parameters::Uniform, ends, 1e-9).unwrap();
+                let third = sample(&line.curve, &[0.25]);
+                assert!(third[0].distance(points[0].lerp(points[1], 0.25)) < 1e-13 && line.between < 1e-13);
+                let parabola = run(basis.clone(), points.clone(), Parameters::Values(vec![0.0, 1.0, 4.0]), ends, 1e-9).unwrap();
+                // Lagrange's formula at 2.
+                let expected = points[0] * -0.5 + points[1] * (4.0 / 3.0) + points[2] * (1.0 / 6.0);
+                assert!(sample(&parabola.curve, &[2.0])[0].distance(expected) < 1e-13);
+                assert!((segments(&line), segments(&parabola)) == (1, 1) && parabola.locally_minimal == Some(true));
+            }
+        }
+        // Two parameters for three points: a line as close as can be, where that is close enough.
+        let doubled = Parameters::Values(vec![0.0, 1.0, 1.0]);
+        let line = run(Basis::Bezier(Bezier), points.clone(), doubled.clone(), Ends::Free, 5.0).unwrap();
+        assert!((line.error.max - points[1].distance(points[2]) / 2.0).abs() < 1e-13);
+        let unmet = run(Basis::Bezier(Bezier), points, doubled, Ends::Free, 1.0).unwrap_err();
+        assert!(matches!(unmet.fault, Fault::ToleranceNotMet { segments: 1, .. }), "{unmet}");
+    }
+
+    /// The four cubic B-splines that count at `t` on equally spaced breaks, by their definition (Cox 1972, de Boor 1972).
+    fn on_equal_breaks(t: f64, count: usize) -> Vec<f64> {
+        let knot = |i: usize| (i as f64 - 3.0).clamp(0.0, count as f64) / count as f64;
+        let span = 3 + ((t * count as f64) as usize).min(count - 1);
+        let mut values: Vec<f64> = (0..count + 6).map(|i| f64::from(i == span)).collect();
+        for degree in 1..=3 {
+            for i in 0..count + 6 - degree {
+                let part = |x: f64, from: usize, to: usize| if knot(to) > knot(from) { x / (knot(to) - knot(from)) } else { 0.0 };
+                values[i] =
+                    part(t - knot(i), i, i + degree) * values[i] + part(knot(i + degree + 1) - t, i + 1, i + degree + 1) * values[i + 1];
+            }
+        }
+        values.truncate(count + 3);
+        values
+    }
+
+    /// The fewest segments with equally spaced joints that hold the tolerance, at parameters in [0, 1].
+    fn equal_spacing_needs(points: &[P], parameters: &[f64], tolerance: f64, most: usize) -> Option<usize> {
+        (1..=most).find(|&count| {
+            let mut problem = springline::core::least_squares::LeastSquares::<2>::dense(count + 3);
+            let rows: Vec<_> = parameters.iter().map(|&t| on_equal_breaks(t, count)).collect();
+            rows.iter().zip(points).for_each(|(row, &p)| problem.push(0, row, p, 1.0));
+            let Ok(x) = problem.solve() else { return false };
+            let value = |row: &Vec<f64>| row.iter().zip(&x).fold(Point::ZERO, |sum, (&r, &x)| sum + x * r);
+            rows.iter().zip(points).all(|(row, &p)| value(row).distance(p) <= tolerance)
+        })
+    }
+
+    #[test]
+    fn smooth_data_take_no_more_segments_than_equal_spacing() {
+        let shapes: [(&str, fn(f64) -> P); 6] = [
+            ("circle", |u| Point([0.5 * (6.283185307179586 * u).cos(), 0.5 * (6.283185307179586 * u).sin()])),
+            ("ellipse", |u| Point([3.0 * (6.283185307179586 * u).cos(), (6.283185307179586 * u).sin()])),
+            ("lissajous", |u| Point([(18.0 * u).sin(), (12.0 * u).sin()])),
+            ("spiral", |u| Point([6.0 * u * (18.0 * u).cos(), 6.0 * u * (18.0 * u).sin()])),
+            ("bump", |u| Point([2.0 * u, (-100.0 * (u - 0.3) * (u - 0.3)).exp()])),
+            ("sine", |u| Point([2.0 * u, (9.0 * u).sin()])),
+        ];
+        for (name, shape) in shapes {
+            for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
+                let points: Vec<P> = steps(400).into_iter().map(shape).collect();
+                let fit = run(Basis::Bezier(Bezier), points.clone(), Parameters::ChordLength, Ends::Free, tolerance).unwrap();
+                let end = fit.parameters[399];
+                let parameters: Vec<f64> = fit.parameters.iter().map(|t| t / end).collect();
+                let equal = equal_spacing_needs(&points, &parameters, tolerance, segments(&fit));
+                println!("{name} {tolerance:e}: {} segments, equal spacing {equal:?}", segments(&fit));
+                assert!(equal.is_none_or(|equal| segments(&fit) <= equal), "{name} {tolerance:e}");
+                assert!(name != "circle" || tolerance > 1e-5 || segments(&fit) <= 19);
+            }
+        }
+    }
+}
+
+/// `between` of every kind of fit, against its definition sampled densely.
+#[test]
+fn between_is_the_distance_from_the_polyline() {
+    let solves: [fn() -> Solve<2>; 4] = [
+        || Solve::ControlPoints { basis: beta(0.8), order: 5 },
+        || Solve::Shape { family: Family::Beta, control_points: cubic_points() },
+        || Solve::Both { family: Family::Quasi { degree: 4 }, order: 3 },
+        || Solve::Tolerance { basis: Basis::Bezier(Bezier), tolerance: 0.05 },
+    ];
+    for (k, solve) in solves.iter().enumerate() {
+        let fit = fit(noisy_arc(12), options(Parameters::Centripetal, Ends::Free, solve())).unwrap();
+        let mut largest = 0.0f64;
+        for (ends, t) in noisy_arc(12).windows(2).zip(fit.parameters.windows(2)) {
+            let between: Vec<f64> = steps(2001).iter().map(|u| t[0] * (1.0 - u) + t[1] * u).collect();
+            let along = ends[1] - ends[0];
+            for p in sample(&fit.curve, &between) {
+                let share = ((p - ends[0]).dot(along) / along.dot(along)).clamp(0.0, 1.0);
+                largest = largest.max(p.distance(ends[0].lerp(ends[1], share)));
+            }
+        }
+        assert!((fit.between - largest).abs() < 1e-6 * largest, "{k}: {} {largest}", fit.between);
     }
 }
 

@@ -65,7 +65,7 @@ pub fn interpolate<const D: usize>(
     let breaks = parameterization.knots(points, closed)?;
     let derivatives = match shape {
         Shape::Closed => closed_derivatives(points, &breaks),
-        Shape::Open(start, end) => open_derivatives(points, &breaks, start, end),
+        Shape::Open(start, end) => open_derivatives(points, breaks.as_slice(), start, end),
     };
     // Solving takes a few milliseconds for the most points allowed.
     work::checkpoint()?;
@@ -162,15 +162,20 @@ fn end_row<const D: usize>(end: End<D>, h: f64, s: Point<D>, k: f64, t: Point<D>
 }
 
 /// Lengths and mean slopes of the intervals.
-fn slopes<const D: usize>(points: &[Point<D>], breaks: &Breaks) -> (Vec<f64>, Vec<Point<D>>) {
-    let lengths: Vec<f64> = breaks.as_slice().windows(2).map(|t| t[1] - t[0]).collect();
+fn slopes<const D: usize>(points: &[Point<D>], knots: &[f64]) -> (Vec<f64>, Vec<Point<D>>) {
+    let lengths: Vec<f64> = knots.windows(2).map(|t| t[1] - t[0]).collect();
     let ends = points.iter().zip(points[1..].iter().chain(points.first()));
     let slopes = ends.zip(&lengths).map(|((&p, &q), &h)| (q - p).map(|x| x / h)).collect();
     (lengths, slopes)
 }
 
-fn open_derivatives<const D: usize>(points: &[Point<D>], breaks: &Breaks, start: End<D>, end: End<D>) -> Vec<Point<D>> {
-    let (h, s) = slopes(points, breaks);
+/// The derivatives at the points of the C2 cubic through them with this condition at both ends. O(points).
+pub(crate) fn derivatives<const D: usize>(points: &[Point<D>], knots: &[f64], ends: End<D>) -> Vec<Point<D>> {
+    open_derivatives(points, knots, ends, ends)
+}
+
+fn open_derivatives<const D: usize>(points: &[Point<D>], knots: &[f64], start: End<D>, end: End<D>) -> Vec<Point<D>> {
+    let (h, s) = slopes(points, knots);
     let last = h.len() - 1;
     let inner = (0..last).map(|i| inner_row(h[i], s[i], h[i + 1], s[i + 1]));
     let second = 1.min(last);
@@ -203,7 +208,7 @@ fn tridiagonal<const D: usize>(rows: impl Iterator<Item = Row<D>>, count: usize)
 /// The cyclic system, by taking the last derivative `m` as known: the others are `x - m y` with two tridiagonal
 /// solutions, and the last row then gives `m`.
 fn closed_derivatives<const D: usize>(points: &[Point<D>], breaks: &Breaks) -> Vec<Point<D>> {
-    let (h, s) = slopes(points, breaks);
+    let (h, s) = slopes(points, breaks.as_slice());
     let n = h.len();
     let row = |i: usize| {
         let before = (i + n - 1) % n;

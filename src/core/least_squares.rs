@@ -150,8 +150,17 @@ impl<const D: usize> LeastSquares<D> {
     /// [`Deficient`]: the rows leave some combination of unknowns free, up to rounding. Columns are
     /// compared by direction, so that their scales do not matter.
     pub fn solve(&mut self) -> Result<Vec<Point<D>>, Deficient> {
+        self.solve_with_room(0.0)
+    }
+
+    /// The same, but refused as well where the rows only just determine the unknowns: where less than the part `room` of a
+    /// column is outside the span of those before it, or, in a dense problem, a singular value is less than that part of the largest.
+    ///
+    /// # Errors
+    /// [`Deficient`].
+    pub fn solve_with_room(&mut self, room: f64) -> Result<Vec<Point<D>>, Deficient> {
         self.absorb_waiting();
-        let rank = if self.dense { self.rank_by_singular_values() } else { self.rank_by_diagonal() };
+        let rank = if self.dense { self.rank_by_singular_values(room) } else { self.rank_by_diagonal(room) };
         if rank < self.columns {
             return Err(Deficient { rank, columns: self.columns });
         }
@@ -174,7 +183,7 @@ impl<const D: usize> LeastSquares<D> {
         length(((j + 1).saturating_sub(self.band())..=j).map(|i| self.entry(i, j)))
     }
 
-    fn rank_by_singular_values(&self) -> usize {
+    fn rank_by_singular_values(&self, room: f64) -> usize {
         if self.columns == 0 {
             return 0;
         }
@@ -182,13 +191,13 @@ impl<const D: usize> LeastSquares<D> {
         let unit = |i, j| if norms[j] > 0.0 { self.entry(i, j) / norms[j] } else { 0.0 };
         let Some(svd) = decomposed(DMatrix::from_fn(self.columns, self.columns, unit), false) else { return 0 };
         let values = svd.singular_values;
-        let threshold = values.max() * f64::EPSILON * ROUNDINGS * self.columns as f64;
+        let threshold = values.max() * room.max(f64::EPSILON * ROUNDINGS * self.columns as f64);
         values.iter().filter(|&&s| s > threshold).count()
     }
 
     /// `|R[k][k]|` is the part of column `k` that the columns before it do not span.
-    fn rank_by_diagonal(&self) -> usize {
-        let threshold = f64::EPSILON * ROUNDINGS * self.band() as f64;
+    fn rank_by_diagonal(&self, room: f64) -> usize {
+        let threshold = room.max(f64::EPSILON * ROUNDINGS * self.band() as f64);
         (0..self.columns).filter(|&k| self.entry(k, k).abs() > threshold * self.column_norm(k)).count()
     }
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::refine::violated_segments;
-use super::spline::{Ordered, Spline};
+use super::problem::Problem;
+use super::spline::Spline;
 use crate::core::error::Error;
 use crate::core::work;
 
@@ -12,54 +12,48 @@ const BATCHES: usize = 40;
 /// Points in all trials of one joint at a time: about a second's work.
 const WORK: usize = 4_000_000;
 
-/// The spline without the joints it can do without, and whether every single remaining joint was tried in vain.
-///
-/// First many joints at once, those first whose third derivative jumps least; then one at a time.
-pub(super) fn coarsen<const D: usize>(ordered: &Ordered<D>, spline: Spline<D>, tolerance: f64) -> Result<(Spline<D>, bool), Error> {
-    let spline = in_batches(ordered, spline, tolerance)?;
-    one_by_one(ordered, spline, tolerance)
-}
-
-/// Takes out every other joint at most; puts back those next to which the tolerance breaks, which are
-/// then left alone. O(points) per trial.
-fn in_batches<const D: usize>(ordered: &Ordered<D>, spline: Spline<D>, tolerance: f64) -> Result<Spline<D>, Error> {
+/// Takes out every other joint at most, those first whose third derivative jumps least; puts back those next to which
+/// the spline does not hold, which are then left alone. O(points) per trial.
+pub(super) fn in_batches<const D: usize>(problem: &Problem<D>, spline: Spline<D>) -> Result<Spline<D>, Error> {
+    let all = spline.breaks().to_vec();
     let mut best = spline;
-    let mut needed = vec![false; ordered.places.len()];
+    let mut joints: Vec<usize> = (0..all.len()).collect();
+    let mut needed = vec![false; all.len()];
     let mut trials = 0;
     while trials < BATCHES {
-        let mut out = removable(&best, &needed)?;
+        let mut out = removable(&best, &joints, &needed);
         if out.is_empty() {
             break;
         }
         while trials < BATCHES && !out.is_empty() {
             trials += 1;
-            let kept = best.joints.iter().copied().filter(|place| !out.contains(place)).collect();
-            let Ok(trial) = ordered.spline(kept) else {
+            let kept: Vec<usize> = joints.iter().copied().filter(|joint| !out.contains(joint)).collect();
+            let breaks: Vec<f64> = kept.iter().map(|&joint| all[joint]).collect();
+            let Some(trial) = problem.spline(&breaks)? else {
                 work::checkpoint()?;
-                // The joints that are left lose the rank together: try fewer.
+                // The joints that are left are not determined well together: try fewer.
                 keep_half(&mut out, &mut needed);
                 continue;
             };
-            let violated = violated_segments(ordered, &trial, tolerance);
+            let violated = problem.violated(&trial)?;
             if !violated.contains(&true) {
-                best = trial;
+                (best, joints) = (trial, kept);
                 break;
             }
-            restore(&mut out, &mut needed, &trial.joints, &violated)?;
+            restore(&mut out, &mut needed, &kept, &violated)?;
         }
     }
     Ok(best)
 }
 
 /// Joints to take out together: no two neighbours, the least jumps first, no more than half of the candidates.
-fn removable<const D: usize>(spline: &Spline<D>, needed: &[bool]) -> Result<BTreeSet<usize>, Error> {
-    let order = by_jump(spline)?;
-    let mut taken = vec![false; spline.joints.len()];
-    let candidates: Vec<usize> = order.into_iter().filter(|&k| !needed[spline.joints[k]]).collect();
+fn removable<const D: usize>(spline: &Spline<D>, joints: &[usize], needed: &[bool]) -> BTreeSet<usize> {
+    let candidates: Vec<usize> = by_jump(spline).into_iter().filter(|&k| !needed[joints[k]]).collect();
+    let mut taken = vec![false; joints.len()];
     for &k in candidates.iter().take(candidates.len().div_ceil(2)) {
         taken[k] = !taken[k - 1] && !taken[k + 1];
     }
-    Ok((0..taken.len()).filter(|&k| taken[k]).map(|k| spline.joints[k]).collect())
+    (0..taken.len()).filter(|&k| taken[k]).map(|k| joints[k]).collect()
 }
 
 /// Puts back the second half of the joints; a single one for good.
@@ -76,12 +70,12 @@ fn restore(out: &mut BTreeSet<usize>, needed: &mut [bool], joints: &[usize], vio
     let mut reach = 0;
     loop {
         let near = |k: usize| (k.saturating_sub(reach)..=(k + reach).min(violated.len() - 1)).any(|k| violated[k]);
-        let guilty = |place: &usize| near(joints.partition_point(|joint| joint <= place) - 1);
-        let verdicts = work::collect(out.iter().map(|place| (*place, guilty(place))))?;
+        let guilty = |joint: &usize| near(joints.partition_point(|kept| kept <= joint) - 1);
+        let verdicts = work::collect(out.iter().map(|joint| (*joint, guilty(joint))))?;
         if verdicts.iter().any(|&(_, guilty)| guilty) {
-            for (place, _) in verdicts.into_iter().filter(|&(_, guilty)| guilty) {
-                out.remove(&place);
-                needed[place] = true;
+            for (joint, _) in verdicts.into_iter().filter(|&(_, guilty)| guilty) {
+                out.remove(&joint);
+                needed[joint] = true;
             }
             return Ok(());
         }
@@ -91,12 +85,11 @@ fn restore(out: &mut BTreeSet<usize>, needed: &mut [bool], joints: &[usize], vio
 
 /// Inner joints by what taking each out would change, least first: the jump of the third derivative
 /// times the cube of the lengths it acts over (Lyche and Morken 1987 weigh knots alike).
-fn by_jump<const D: usize>(spline: &Spline<D>) -> Result<Vec<usize>, Error> {
-    let composite = spline.composite()?;
-    let breaks = composite.breaks();
+fn by_jump<const D: usize>(spline: &Spline<D>) -> Vec<usize> {
+    let breaks = spline.composite.breaks();
     let third = |k: usize| {
         let (a, b) = breaks.interval(k);
-        let q = composite.segment(k);
+        let q = spline.composite.segment(k);
         ((q[3] - q[0]) + (q[1] - q[2]) * 3.0, b - a)
     };
     let change = |k: usize| {
@@ -107,30 +100,32 @@ fn by_jump<const D: usize>(spline: &Spline<D>) -> Result<Vec<usize>, Error> {
     };
     let mut order: Vec<(usize, f64)> = (1..spline.segments()).map(|k| (k, change(k))).collect();
     order.sort_by(|a, b| a.1.total_cmp(&b.1));
-    Ok(order.into_iter().map(|(k, _)| k).collect())
+    order.into_iter().map(|(k, _)| k).collect()
 }
 
-/// Takes out one joint after the other, in sweeps, until a sweep takes out none, or the work is done.
-fn one_by_one<const D: usize>(ordered: &Ordered<D>, spline: Spline<D>, tolerance: f64) -> Result<(Spline<D>, bool), Error> {
+/// Takes out one joint after the other, in sweeps, until a sweep takes out none, or the work is done. Also whether
+/// every single joint that is left was tried in vain, each by a spline that the points determine.
+pub(super) fn one_by_one<const D: usize>(problem: &Problem<D>, spline: Spline<D>) -> Result<(Spline<D>, bool), Error> {
     let mut best = spline;
-    let mut trials = WORK / ordered.parameters.len();
+    let mut trials = WORK / problem.ordered.parameters.len();
     loop {
-        let places: Vec<usize> = by_jump(&best)?.into_iter().map(|k| best.joints[k]).collect();
+        let joints: Vec<f64> = by_jump(&best).into_iter().map(|k| best.breaks()[k]).collect();
         let before = best.segments();
-        for place in places {
+        let mut minimal = true;
+        for joint in joints {
             if trials == 0 {
                 return Ok((best, false));
             }
             trials -= 1;
             work::checkpoint()?;
-            let fewer = best.joints.iter().copied().filter(|&joint| joint != place).collect();
-            best = match ordered.spline(fewer) {
-                Ok(trial) if trial.error() <= tolerance => trial,
-                _ => best,
-            };
+            let fewer: Vec<f64> = best.breaks().iter().copied().filter(|&knot| knot != joint).collect();
+            match problem.spline(&fewer)? {
+                Some(trial) if problem.holds(&trial)? => best = trial,
+                trial => minimal &= trial.is_some(),
+            }
         }
         if best.segments() == before {
-            return Ok((best, true));
+            return Ok((best, minimal));
         }
     }
 }

@@ -1,7 +1,10 @@
 //! More joints, until the tolerance holds.
 
-use super::spline::{Ordered, Spline};
-use super::unsolved::Unsolved;
+use super::problem::Problem;
+use super::spline::Spline;
+use super::through::through;
+use crate::core::error::{Error, Fault, at_most};
+use crate::core::limits;
 
 /// After so many rounds every segment is split, so that the rounds that follow are few.
 const PATIENCE: usize = 40;
@@ -12,81 +15,110 @@ const TIGHT: usize = 2;
 /// Lengths this close, relative to the segment, differ by rounding.
 const TIE: f64 = 1e-9;
 
-/// The first spline on a path from one segment to interpolation that holds the tolerance, and how
-/// many splines were tried; the last one where none does.
+/// The first spline on a path from one segment to interpolation that holds, and how many splines were
+/// tried; a curve through the points where no other does.
 ///
-/// A segment with a point too far off is split at the place in the middle of its points.
-pub(super) fn refine<const D: usize>(ordered: &Ordered<D>, tolerance: f64) -> Result<(Spline<D>, usize), Unsolved> {
-    let mut spline = ordered.spline(vec![0, ordered.places.len() - 1])?;
+/// A segment with a point too far off, or a stretch that strays, is split at the place in the middle of its points.
+pub(super) fn refine<const D: usize>(problem: &Problem<D>) -> Result<(Spline<D>, usize), Error> {
+    let mut joints = vec![0, problem.ordered.stretches()];
     let mut rounds = 1;
-    while spline.error() > tolerance {
-        let Some(joints) = more_joints(ordered, &spline, tolerance, rounds >= PATIENCE) else { break };
-        // Long runs of neighbouring joints are determined, but may lose all digits; interpolation is sound.
-        spline = ordered.spline(joints).or_else(|unsolved| match unsolved {
-            Unsolved::Deficient(_) => ordered.spline(not_a_knot(ordered.places.len())),
-            stopped => Err(stopped),
-        })?;
+    while let Some(spline) = at_places(problem, &joints)? {
+        let violated = problem.violated(&spline)?;
+        if !violated.contains(&true) {
+            return Ok((spline, rounds));
+        }
+        let Some(more) = more_joints(problem, &joints, &spline, violated, rounds >= PATIENCE) else { break };
+        joints = more;
         rounds += 1;
     }
-    Ok((spline, rounds))
+    through_points(problem, rounds + 1)
+}
+
+/// Interpolation: not-a-knot where that holds, which leaves room to take joints out of it.
+fn through_points<const D: usize>(problem: &Problem<D>, rounds: usize) -> Result<(Spline<D>, usize), Error> {
+    if problem.ordered.places.len() > 3
+        && let Some(spline) = at_places(problem, &not_a_knot(problem.ordered.places.len()))?
+        && problem.holds(&spline)?
+    {
+        return Ok((spline, rounds));
+    }
+    check_size(problem.ordered.stretches())?;
+    let spline = through(problem)?;
+    check_size(spline.segments())?;
+    Ok((spline, rounds + 1))
+}
+
+/// The least-squares spline with joints at these places.
+fn at_places<const D: usize>(problem: &Problem<D>, joints: &[usize]) -> Result<Option<Spline<D>>, Error> {
+    check_size(joints.len() - 1)?;
+    let breaks: Vec<f64> = joints.iter().map(|&place| problem.ordered.places[place]).collect();
+    problem.spline(&breaks)
+}
+
+/// Refuses a spline of more segments than a curve may have, also where some could be left out again:
+/// the limits bound the work as well.
+fn check_size(segments: usize) -> Result<(), Error> {
+    const ADVICE: &str = "Raise the tolerance, or fit the points in parts";
+    let limits = limits::effective();
+    at_most("segments on the way to this tolerance", segments, limits.segments, ADVICE)
+        .and_then(|()| at_most("control points on the way to this tolerance", 3 * segments + 1, limits.control_points, ADVICE))
+        .map_err(|fault: Fault| fault.at("tolerance").at("solve"))
 }
 
 /// The joints of the next round; `None` where there are as many as interpolation has.
-fn more_joints<const D: usize>(ordered: &Ordered<D>, spline: &Spline<D>, tolerance: f64, all: bool) -> Option<Vec<usize>> {
-    let places = ordered.places.len();
+fn more_joints<const D: usize>(
+    problem: &Problem<D>,
+    joints: &[usize],
+    spline: &Spline<D>,
+    violated: Vec<bool>,
+    all: bool,
+) -> Option<Vec<usize>> {
+    let places = problem.ordered.places.len();
     // With `joints + 2 = places` the spline has a coefficient for each place.
     let most = places - 2;
-    if spline.joints.len() >= most {
+    if joints.len() >= most {
         return None;
     }
-    let every = vec![true; spline.segments()];
-    let violated = if all { every.clone() } else { violated_segments(ordered, spline, tolerance) };
+    let every = vec![true; joints.len() - 1];
+    let violated = if all { every.clone() } else { violated };
     let ways = [(&violated, ROOMY), (&violated, TIGHT), (&every, TIGHT)];
-    let finer = ways.into_iter().map(|(marked, least)| split(ordered, spline, marked, least));
-    let joints = finer.into_iter().find(|finer| finer.len() > spline.joints.len());
-    Some(joints.filter(|joints| joints.len() <= most).unwrap_or_else(|| not_a_knot(places)))
+    let finer = ways.into_iter().map(|(marked, least)| split(problem, joints, spline, marked, least));
+    let more = finer.into_iter().find(|finer| finer.len() > joints.len());
+    Some(more.filter(|joints| joints.len() <= most).unwrap_or_else(|| not_a_knot(places)))
 }
 
-/// Joints at all places but the second and the last but one: as many coefficients as places.
+/// Joints at all places but the second and the last but one: as many coefficients as places. With a joint there
+/// too, what an end does would be determined from the other end, by way of all joints, which multiplies errors by four for each.
 fn not_a_knot(places: usize) -> Vec<usize> {
     std::iter::once(0).chain(2..places - 2).chain(std::iter::once(places - 1)).collect()
 }
 
-/// Which segments hold a point that is too far off; a point at a joint counts for both sides.
-pub(super) fn violated_segments<const D: usize>(ordered: &Ordered<D>, spline: &Spline<D>, tolerance: f64) -> Vec<bool> {
-    let mut violated = vec![false; spline.segments()];
-    for (i, _) in spline.distances.iter().enumerate().filter(|&(_, &d)| d > tolerance) {
-        let place = ordered.place_of[i];
-        let right = spline.joints.partition_point(|&joint| joint <= place).clamp(1, violated.len()) - 1;
-        violated[right] = true;
-        if spline.joints[right] == place && right > 0 {
-            violated[right - 1] = true;
-        }
-    }
-    violated
-}
-
-/// A new joint in the middle of each marked segment that is long enough.
-fn split<const D: usize>(ordered: &Ordered<D>, spline: &Spline<D>, marked: &[bool], least: usize) -> Vec<usize> {
-    let mut finer = Vec::with_capacity(2 * spline.joints.len());
-    for (ends, &marked) in spline.joints.windows(2).zip(marked) {
+/// A new joint in the middle of each marked segment that is long enough, but none right beside an end of the curve.
+fn split<const D: usize>(problem: &Problem<D>, joints: &[usize], spline: &Spline<D>, marked: &[bool], least: usize) -> Vec<usize> {
+    let last = problem.ordered.stretches();
+    let mut finer = Vec::with_capacity(2 * joints.len());
+    for (ends, &marked) in joints.windows(2).zip(marked) {
         finer.push(ends[0]);
         if marked && ends[1] - ends[0] >= least {
-            finer.push(middle(ordered, spline, ends[0], ends[1]));
+            let middle = middle(problem, spline, ends[0], ends[1]);
+            if (2..=last - 2).contains(&middle) {
+                finer.push(middle);
+            }
         }
     }
-    finer.extend(spline.joints.last());
+    finer.extend(joints.last());
     finer
 }
 
 /// The place in the middle; of two, the one nearer to the middle parameter, or else with the larger
 /// distance: rules that do not depend on which end is first.
-fn middle<const D: usize>(ordered: &Ordered<D>, spline: &Spline<D>, first: usize, last: usize) -> usize {
+fn middle<const D: usize>(problem: &Problem<D>, spline: &Spline<D>, first: usize, last: usize) -> usize {
     let (low, high) = ((first + last) / 2, (first + last).div_ceil(2));
+    let ordered = &problem.ordered;
     let places = &ordered.places;
     let (after, before) = (places[last] - places[high], places[low] - places[first]);
     if (after - before).abs() <= TIE * (places[last] - places[first]) {
-        let distance = |place: usize| spline.distances[ordered.place_of.partition_point(|&p| p < place)];
+        let distance = |place: usize| ordered.distance_at(place, &spline.distances);
         return if distance(high) > distance(low) { high } else { low };
     }
     if after > before { high } else { low }

@@ -1,64 +1,49 @@
-//! The least-squares cubic spline for given joints.
-
-use crate::core::curve::{BSpline, Composite};
-use crate::core::error::{Error, Fault};
-use crate::core::least_squares::LeastSquares;
-use crate::core::point::Point;
-use crate::core::work::Pace;
+//! C2 cubic splines, and how far each point is from them.
 
 use super::data::Data;
+use super::ordered::Ordered;
+use super::reduced::combine;
 use super::unsolved::Unsolved;
+use crate::core::curve::{BSpline, Composite};
+use crate::core::error::{Error, Fault};
+use crate::core::least_squares::{Deficient, LeastSquares};
+use crate::core::point::Point;
+use crate::core::work::{self, Pace};
 
 const DEGREE: usize = 3;
-
-/// Points with parameters that do not decrease, and the different ones among these.
-pub(super) struct Ordered<'a, const D: usize> {
-    pub(super) data: &'a Data<D>,
-    pub(super) parameters: &'a [f64],
-    /// The different parameters: the places where a joint may be.
-    pub(super) places: Vec<f64>,
-    /// For each point, which place it has.
-    pub(super) place_of: Vec<usize>,
-}
+/// The least part of a column of the least-squares problem that must not be in the span of those before it: room in
+/// the conditions of Schoenberg and Whitney. A B-spline with a point near its middle has a tenth or more.
+const ROOM: f64 = 1e-6;
 
 /// A spline and how far each point is from it.
 pub(super) struct Spline<const D: usize> {
-    /// Indices of places, first and last included.
-    pub(super) joints: Vec<usize>,
-    pub(super) knots: Vec<f64>,
-    pub(super) coefficients: Vec<Point<D>>,
+    /// The cubic segments.
+    pub(super) composite: Composite<D>,
+    /// Of each point from the spline at its parameter.
     pub(super) distances: Vec<f64>,
 }
 
-impl<'a, const D: usize> Ordered<'a, D> {
-    /// O(points).
-    pub(super) fn new(data: &'a Data<D>, parameters: &'a [f64]) -> Self {
-        let mut places = parameters.to_vec();
-        places.dedup();
-        let mut place = 0;
-        let advance = |&t: &f64| {
-            place += usize::from(t > places[place]);
-            place
-        };
-        let place_of = parameters.iter().map(advance).collect();
-        Ordered { data, parameters, places, place_of }
-    }
-
-    /// The least-squares C2 cubic with simple knots at these places. O(points + joints).
+impl<const D: usize> Spline<D> {
+    /// The least-squares C2 cubic with simple knots at these breaks, which increase strictly. O(points + breaks).
     ///
-    /// Any joints at places determine it as long as there are `joints + 2` places or more: each segment has
-    /// the place it starts with, which is what the conditions of Schoenberg and Whitney ask for.
-    pub(super) fn spline(&self, joints: Vec<usize>) -> Result<Spline<D>, Unsolved> {
-        let knots = self.clamped_knots(&joints);
+    /// # Errors
+    /// [`Unsolved::Deficient`] where the points do not determine it well: the conditions of Schoenberg and
+    /// Whitney do not hold, or only just, or the coefficients are too large for a double.
+    pub(super) fn least_squares(ordered: &Ordered<D>, breaks: &[f64]) -> Result<Self, Unsolved> {
+        let knots = clamped_knots(breaks);
         let count = knots.len() - DEGREE - 1;
-        let fixed = self.data.fixed_ends();
+        let data = ordered.data;
+        let fixed = data.fixed_ends();
         let unknown = if fixed.is_some() { 1..count - 1 } else { 0..count };
-        let rows = self.rows(&joints, &knots);
+        if unknown.len() > ordered.places.len() - (count - unknown.len()) {
+            return Err(Deficient { rank: 0, columns: unknown.len() }.into());
+        }
+        let rows = rows(ordered.parameters, breaks, &knots);
         let mut problem = LeastSquares::banded(unknown.len(), DEGREE + 1);
         let mut pace = Pace::default();
         for (i, (first, values)) in rows.iter().enumerate() {
             pace.step()?;
-            let mut right = self.data.points[i];
+            let mut right = data.points[i];
             let mut row = *values;
             let mut start = *first;
             if let Some((at_start, at_end)) = fixed {
@@ -75,36 +60,57 @@ impl<'a, const D: usize> Ordered<'a, D> {
                 }
             }
             let first = start - unknown.start;
-            problem.push(first, &row[..(DEGREE + 1).min(unknown.len() - first)], right, self.data.weight(i));
+            problem.push(first, &row[..(DEGREE + 1).min(unknown.len() - first)], right, data.weight(i));
         }
-        let mut coefficients = problem.solve()?;
+        let mut coefficients = problem.solve_with_room(ROOM)?;
         if let Some((start, end)) = fixed {
             coefficients.insert(0, start);
             coefficients.push(end);
         }
-        let value = |(first, values): &(usize, [f64; 4])| super::reduced::combine(values, &coefficients[*first..]);
-        let distances = rows.iter().zip(&self.data.points).map(|(row, &p)| value(row).distance(p)).collect();
-        Ok(Spline { joints, knots, coefficients, distances })
+        let value = |(first, values): &(usize, [f64; 4])| combine(values, &coefficients[*first..]);
+        let distances = rows.iter().zip(&data.points).map(|(row, &p)| value(row).distance(p)).collect();
+        Ok(Spline { composite: composite(knots, coefficients, unknown.len())?, distances })
     }
 
-    fn clamped_knots(&self, joints: &[usize]) -> Vec<f64> {
-        let last = joints.len() - 1;
-        let end = |i: usize| std::iter::repeat_n(self.places[joints[i]], DEGREE);
-        end(0).chain(joints.iter().map(|&place| self.places[place])).chain(end(last)).collect()
+    /// A spline that is known. O(points + segments).
+    pub(super) fn of(composite: Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Self, Error> {
+        let on = composite.evaluator()?.sample(parameters)?;
+        let distances = work::collect(data.points.iter().zip(on).map(|(&p, q)| q.distance(p)))?;
+        Ok(Spline { composite, distances })
     }
 
-    /// For each point the segment it is in, which is its first B-spline, and the values of the four there.
-    fn rows(&self, joints: &[usize], knots: &[f64]) -> Vec<(usize, [f64; 4])> {
-        let last = joints.len() - 2;
-        let mut segment = 0;
-        let row = |(&t, &place): (&f64, &usize)| {
-            while segment < last && joints[segment + 1] <= place {
-                segment += 1;
-            }
-            (segment, basis_values(&knots[segment..], t))
-        };
-        self.parameters.iter().zip(&self.place_of).map(row).collect()
+    /// First and last parameter, and the joints between.
+    pub(super) fn breaks(&self) -> &[f64] {
+        self.composite.breaks().as_slice()
     }
+
+    /// How many segments.
+    pub(super) fn segments(&self) -> usize {
+        self.composite.breaks().segments()
+    }
+
+    /// The largest distance.
+    pub(super) fn error(&self) -> f64 {
+        self.distances.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+fn clamped_knots(breaks: &[f64]) -> Vec<f64> {
+    let end = |t: f64| std::iter::repeat_n(t, DEGREE);
+    end(breaks[0]).chain(breaks.iter().copied()).chain(end(breaks[breaks.len() - 1])).collect()
+}
+
+/// For each parameter the segment it is in, which is its first B-spline, and the values of the four there.
+fn rows(parameters: &[f64], breaks: &[f64], knots: &[f64]) -> Vec<(usize, [f64; 4])> {
+    let last = breaks.len() - 2;
+    let mut segment = 0;
+    let row = |&t: &f64| {
+        while segment < last && breaks[segment + 1] <= t {
+            segment += 1;
+        }
+        (segment, basis_values(&knots[segment..], t))
+    };
+    parameters.iter().map(row).collect()
 }
 
 /// The four cubic B-splines that do not vanish on `[knots[3], knots[4])`, by the recurrence of Cox and de Boor
@@ -124,23 +130,11 @@ fn basis_values(knots: &[f64], t: f64) -> [f64; 4] {
     values
 }
 
-impl<const D: usize> Spline<D> {
-    /// How many segments.
-    pub(super) fn segments(&self) -> usize {
-        self.joints.len() - 1
-    }
-
-    /// The largest distance.
-    pub(super) fn error(&self) -> f64 {
-        self.distances.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// The Bezier segments.
-    pub(super) fn composite(&self) -> Result<Composite<D>, Error> {
-        let spline = BSpline::new(DEGREE, self.knots.clone(), self.coefficients.clone(), false);
-        spline.and_then(|spline| spline.composite()).map_err(|error| match error.fault {
-            Fault::Overflow => Fault::Overflow.at("points"),
-            fault => Error { place: error.place, fault },
-        })
-    }
+/// The Bezier segments; a spline too large for a double counts as not determined.
+fn composite<const D: usize>(knots: Vec<f64>, coefficients: Vec<Point<D>>, columns: usize) -> Result<Composite<D>, Unsolved> {
+    let spline = BSpline::new(DEGREE, knots, coefficients, false);
+    spline.and_then(|spline| spline.composite()).map_err(|error| match error.fault {
+        Fault::Cancelled => Unsolved::Stopped(error),
+        _ => Unsolved::Deficient(Deficient { rank: 0, columns }),
+    })
 }

@@ -1,58 +1,58 @@
 //! As few segments as a tolerance allows.
 
-use super::coarsen::coarsen;
+use super::Fit;
 use super::data::Data;
+use super::fewest::fewest;
 use super::measure::measure;
-use super::reduced::deficiency;
+use super::ordered::Ordered;
+use super::problem::Problem;
 use super::refine::refine;
-use super::spline::Ordered;
-use super::{Ends, Fit};
+use super::spline::Spline;
+use super::through::lowest;
 use crate::core::basis::Basis;
 use crate::core::curve::{Bases, Curve, Piecewise};
-use crate::core::error::{At, Error, Fault, at_most};
-use crate::core::least_squares::Deficient;
-use crate::core::limits;
+use crate::core::error::{At, Error, Fault};
 use crate::core::point::magnitude;
 
 /// Roundings of the largest coordinate that the way from points to control points and back may leave.
 const ROUNDINGS: f64 = 64.0;
 
-/// A C2 piecewise cubic that comes within the tolerance of every point.
+/// A C2 piecewise cubic that comes within the tolerance of every point and stays near them in between.
 ///
-/// Guaranteed: the tolerance holds on the curve as it is returned, measured afresh. Where
-/// `locally_minimal` is true, no single joint can be left out of it; with other joints altogether,
-/// fewer segments may still do. O(points) per trial, a bounded number of trials.
+/// Guaranteed: the tolerance holds on the curve as it is returned, measured afresh; and no stretch between two
+/// neighbouring places strays ([`Near`](super::near::Near)). Where `locally_minimal` is true, no single joint can be
+/// left out of it; with other joints altogether, fewer segments may still do. O(points) per trial, a bounded number
+/// of trials.
 pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: Basis, tolerance: f64) -> Result<Fit<D>, Error> {
     let condition = basis.way_back(3).at("basis").at("solve")?.condition;
     let target = reachable(data, tolerance, condition).at("solve")?;
-    let ordered = Ordered::new(data, &parameters);
-    let places = ordered.places.len();
-    let deficient = |deficient: Deficient| {
-        let inner = places - if data.ends == Ends::Interpolate { 2 } else { 0 };
-        deficiency(deficient, inner, "coefficients of a cubic", "give more points with different parameters").at("points")
-    };
-    let (spline, iterations) = refine(&ordered, target).map_err(|unsolved| unsolved.explained(deficient))?;
-    if spline.error() > target {
-        return Err(not_met(tolerance, spline.error(), spline.segments()));
-    }
-    check_size(spline.segments()).at("tolerance").at("solve")?;
-    let (spline, minimal) = coarsen(&ordered, spline, target)?;
-    let (curve, _) = Piecewise::from_composite(Bases::Common(basis), 3, &spline.composite()?, false).at("solve")?;
+    let problem = Problem::new(Ordered::new(data, &parameters), target)?;
+    let (spline, iterations, minimal) = found(&problem)?;
+    let (curve, _) = Piecewise::from_composite(Bases::Common(basis), 3, &spline.composite, false).at("solve")?;
     let curve = Curve::Piecewise(curve);
     let error = measure(&curve, &data.points, &parameters)?;
     if error.max > tolerance || error.max.is_nan() {
         return Err(not_met(tolerance, error.max, spline.segments()));
     }
-    Ok(Fit { curve, error, parameters, iterations, converged: true, at_bound: false, locally_minimal: Some(minimal) })
+    Ok(Fit { curve, error, between: f64::NAN, parameters, iterations, converged: true, at_bound: false, locally_minimal: Some(minimal) })
 }
 
-/// Refuses a spline of more segments than a curve may have, also where some could be left out again: the limits bound the work as well.
-fn check_size(segments: usize) -> Result<(), Fault> {
-    const ADVICE: &str = "Raise the tolerance, or fit the points in parts";
-    at_most("segments on the way to this tolerance", segments, limits::effective().segments, ADVICE)?;
-    at_most("control points on the way to this tolerance", 3 * segments + 1, limits::effective().control_points, ADVICE)
+/// A spline that holds, after how many trials, and whether no joint of it can be left out.
+fn found<const D: usize>(problem: &Problem<D>) -> Result<(Spline<D>, usize, bool), Error> {
+    let (ordered, tolerance) = (&problem.ordered, problem.tolerance);
+    if let Some(lowest) = lowest(ordered)? {
+        let spline = Spline::of(lowest, ordered.data, ordered.parameters)?;
+        if problem.near.strays_through(ordered, &spline.composite)?.is_empty() {
+            return Ok((spline, 1, true));
+        }
+    }
+    let (spline, rounds) = refine(problem)?;
+    if !(spline.error() <= tolerance) {
+        return Err(not_met(tolerance, spline.error(), spline.segments()));
+    }
+    let (spline, minimal) = fewest(problem, spline)?;
+    Ok((spline, rounds, minimal))
 }
-
 /// What the spline must hold, so that the tolerance still holds after rounding to control points.
 fn reachable<const D: usize>(data: &Data<D>, tolerance: f64, condition: f64) -> Result<f64, Error> {
     if !(tolerance > 0.0 && tolerance.is_finite()) {

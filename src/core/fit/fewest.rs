@@ -1,0 +1,102 @@
+//! The fewest segments that were found to hold.
+
+use super::coarsen;
+use super::problem::Problem;
+use super::spacing::Spacing;
+use super::spline::Spline;
+use crate::core::error::Error;
+
+/// Rounds of moving joints.
+const ROUNDS: usize = 16;
+/// Rounds in a row that hold no tolerance with a number of segments, before it is given up.
+const VAIN: usize = 3;
+/// Points in all trials of equal spacing with each number of segments in turn.
+const SCAN: usize = 20_000;
+
+/// From a spline that holds to one with fewer segments, and whether every single joint of that was tried in vain.
+///
+/// Joints are taken out; others are spread evenly, by length and by places, and moved to where the error asks for them;
+/// then single joints of the best are taken out.
+pub(super) fn fewest<const D: usize>(problem: &Problem<D>, start: Spline<D>) -> Result<(Spline<D>, bool), Error> {
+    let (mut best, mut minimal) = coarsen::one_by_one(problem, coarsen::in_batches(problem, start)?)?;
+    let equal = Spacing::equal(&problem.ordered);
+    let mut other = None;
+    for spacing in [&equal, &Spacing::places(&problem.ordered)] {
+        other = spread(problem, spacing, other.as_ref().unwrap_or(&best))?.or(other);
+    }
+    other = moved(problem, other.as_ref().unwrap_or(&best))?.or(other);
+    if let Some(other) = other {
+        (best, minimal) = coarsen::one_by_one(problem, other)?;
+    }
+    match scan(problem, &equal, best.segments())? {
+        Some(fewer) => coarsen::one_by_one(problem, fewer),
+        None => Ok((best, minimal)),
+    }
+}
+
+/// Whether a spline is better than another: fewer segments, or as many and a smaller error.
+fn is_better<const D: usize>(spline: &Spline<D>, other: &Spline<D>) -> bool {
+    let (segments, than) = (spline.segments(), other.segments());
+    segments < than || (segments == than && spline.error() < other.error())
+}
+
+/// A better spline with joints spread by a rule: their number is doubled until the spline holds, then bisected.
+fn spread<const D: usize>(problem: &Problem<D>, spacing: &Spacing, best: &Spline<D>) -> Result<Option<Spline<D>>, Error> {
+    let (mut few, mut many) = (0, 1);
+    let mut found = loop {
+        if let Some(spline) = problem.held(&spacing.breaks(many))? {
+            break spline;
+        }
+        if many == best.segments() {
+            return Ok(None);
+        }
+        (few, many) = (many, (2 * many).min(best.segments()));
+    };
+    while many - few > 1 {
+        let middle = few + (many - few) / 2;
+        match problem.held(&spacing.breaks(middle))? {
+            Some(spline) => (found, many) = (spline, middle),
+            None => few = middle,
+        }
+    }
+    Ok(is_better(&found, best).then_some(found))
+}
+
+/// A spline with fewer segments, whose joints were moved until every segment has as much of the error.
+fn moved<const D: usize>(problem: &Problem<D>, start: &Spline<D>) -> Result<Option<Spline<D>>, Error> {
+    let (mut spacing, mut vain) = (Spacing::by_jumps(&start.composite), 0);
+    let (mut best, mut least) = (None, start.segments());
+    let mut wanted = least - 1;
+    for _ in 0..ROUNDS {
+        if wanted == 0 {
+            break;
+        }
+        let Some(trial) = problem.spline(&spacing.breaks(wanted))? else { break };
+        // As many segments as the error would be even in.
+        spacing = Spacing::by_errors(problem, &trial);
+        if problem.holds(&trial)? {
+            (best, vain, least) = (Some(trial), 0, wanted);
+            wanted = (spacing.total().ceil() as usize).clamp(least / 2, least - 1);
+            continue;
+        }
+        vain += 1;
+        if vain == VAIN {
+            if wanted + 1 == least {
+                break;
+            }
+            (wanted, vain) = (least - 1, 0);
+        }
+    }
+    Ok(best)
+}
+
+/// With joints at equal distances and fewer segments than these, the most first, as far as the bounded work goes.
+fn scan<const D: usize>(problem: &Problem<D>, equal: &Spacing, below: usize) -> Result<Option<Spline<D>>, Error> {
+    let trials = SCAN / problem.ordered.parameters.len();
+    for segments in below.saturating_sub(trials).max(1)..below {
+        if let Some(spline) = problem.held(&equal.breaks(segments))? {
+            return Ok(Some(spline));
+        }
+    }
+    Ok(None)
+}
