@@ -124,6 +124,10 @@ pub struct Config {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tls_key: Option<PathBuf>,
 
+    /// Whether answers are compressed, on the workers, for clients that ask; pays where the link is slow
+    #[arg(long, global = true, env = "SPRINGLINE_COMPRESSION", value_name = "WHETHER", default_value = "off")]
+    pub compression: Compression,
+
     /// What to log: a level, or levels by module: `warn,springline=info`
     #[arg(long, global = true, env = "SPRINGLINE_LOG", value_name = "FILTER", default_value = "info")]
     pub log: String,
@@ -134,6 +138,16 @@ pub struct Config {
     #[arg(long, global = true, env = "SPRINGLINE_OTLP_ENDPOINT", value_name = "URL")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub otlp_endpoint: Option<String>,
+}
+
+/// Whether answers are compressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Compression {
+    /// Never
+    Off,
+    /// As `Accept-Encoding` asks: zstd or gzip
+    On,
 }
 
 /// How log lines look.

@@ -76,6 +76,8 @@ pub enum Reason {
     deadline,
     /// The client left.
     client,
+    /// A panic while the answer was sent.
+    panic,
 }
 
 /// The bounds of a histogram.
@@ -116,7 +118,7 @@ pub struct Metrics {
     pub shed: Family<Because, Counter>,
     /// Computations stopped before their end.
     pub cancelled: Family<Because, Counter>,
-    /// Panics; each answered with 500.
+    /// Panics.
     pub panics: Counter<u64, AtomicU64>,
     /// Open connections.
     pub connections: Gauge,
@@ -183,7 +185,7 @@ impl Metrics {
         registry.register("computations_running", "Computations running", self.running.clone());
         registry.register("shed", "Requests and connections refused because the service is full", self.shed.clone());
         registry.register("computations_cancelled", "Computations stopped before their end", self.cancelled.clone());
-        registry.register("panics", "Panics; each answered with 500", self.panics.clone());
+        registry.register("panics", "Panics; each costs its own request or line", self.panics.clone());
         registry.register("connections", "Open connections", self.connections.clone());
         registry.register("connections_closed", "Connections closed by the service", self.closed.clone());
         registry.register_with_unit("held", "Memory of bodies and answers on their way", Unit::Bytes, self.held_bytes.clone());

@@ -221,9 +221,8 @@ print(json.dumps(raw.decode(urllib.request.urlopen(request).read())['curve']['co
 }
 
 #[test]
-fn answers_are_compressed_for_who_asks_from_a_size_on() {
-    let server = Server::start();
-    let encoding = |count: usize, headers: &str| {
+fn answers_are_compressed_where_that_is_set_for_who_asks_from_a_size_on() {
+    let encoding = |server: &Server, count: usize, headers: &str| {
         let curve = json!({"family": "bezier", "control_points": [[0, 0], [1, 3], [4, 3], [5, 0]]});
         let body = json!({"curve": curve, "sampling": {"kind": "count", "count": count}}).to_string();
         let head = format!(
@@ -234,9 +233,16 @@ fn answers_are_compressed_for_who_asks_from_a_size_on() {
         assert_eq!(answer.status, 200);
         (answer.header("content-encoding").to_owned(), answer.body.len())
     };
-    let (none, plain) = encoding(1_000, "");
-    let (gzip, small) = encoding(1_000, "accept-encoding: gzip\r\n");
-    assert_eq!((none.as_str(), gzip.as_str()), ("", "gzip"));
-    assert!(2 * small < plain, "{small} of {plain}");
-    assert_eq!(encoding(2, "accept-encoding: gzip\r\n").0, "", "small answers are not worth it");
+    let browser = "accept-encoding: gzip, deflate, br, zstd\r\n";
+    assert_eq!(encoding(&Server::start(), 10_000, browser).0, "", "off by default");
+    let server = Server::with(&["--compression", "on"]);
+    let (none, plain) = encoding(&server, 10_000, "");
+    assert_eq!(none, "");
+    for (headers, coding) in [("accept-encoding: gzip\r\n", "gzip"), (browser, "zstd")] {
+        let (given, small) = encoding(&server, 10_000, headers);
+        assert_eq!(given, coding);
+        assert!(2 * small < plain, "{coding}: {small} of {plain}");
+        assert_eq!(encoding(&server, 2, headers).0, "", "small answers are not worth it");
+        assert_eq!(encoding(&server, 10_000, &format!("{headers}accept: {RAW}\r\n")).0, "", "numbers as bytes shrink little");
+    }
 }

@@ -1,5 +1,7 @@
 //! `POST /v1/batch`.
 
+use std::io;
+use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -8,20 +10,24 @@ use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
-use futures_util::{StreamExt, stream};
+use futures_util::{FutureExt, Stream, StreamExt, TryStreamExt, stream};
 use http_body_util::BodyExt;
 use tokio::sync::mpsc;
-use tokio::task::JoinHandle;
+use tokio::task::{JoinError, JoinHandle};
 use tokio::time::{Instant, sleep, timeout};
 
 use super::error::{Problem, Problems};
 use super::lines::{Cutter, Part};
 use super::negotiate;
+use super::observe::RequestId;
+use super::packer::{Packer, Refused, hand_over};
 use super::paper::Sheets;
 use super::pool::Failure;
 use super::service::Service;
 use super::shape::Shape;
 
+/// Where batches are sent.
+pub const PATH: &str = "/v1/batch";
 /// The media type of lines of JSON.
 pub const NDJSON: &str = "application/x-ndjson";
 /// How long to wait for a place in the pool before asking again.
@@ -38,6 +44,14 @@ impl Drop for Underway {
     fn drop(&mut self) {
         self.0.abort();
     }
+}
+
+/// What all parts of a batch share.
+#[derive(Clone)]
+struct Batch {
+    service: Arc<Service>,
+    shape: Shape,
+    id: RequestId,
 }
 
 /// Many operations, one a line
@@ -64,18 +78,100 @@ pub async fn post(State(service): State<Arc<Service>>, request: Request) -> Resp
         Ok(shape) => shape,
         Err(problem) => return problem.into_response(),
     };
+    let id = request.extensions().get().cloned().unwrap_or(RequestId(HeaderValue::from_static("none")));
+    let packer = service.coding(request.headers()).and_then(|coding| Packer::new(coding, None, &service.budget));
+    let coding = packer.as_ref().map(Packer::coding);
     // As many parts underway as keep every worker busy; the next is read when the first of them is sent.
-    let (send, receive) = mpsc::channel(2 * service.pool.workers());
-    tokio::spawn(read(request.into_body(), shape, service, send));
-    let sheets = stream::unfold(receive, |mut receive: mpsc::Receiver<Underway>| async move {
-        let mut underway = receive.recv().await?;
-        let sheets = (&mut underway.0).await.unwrap_or_else(|_| Sheets::default());
-        Some((stream::iter(sheets.into_iter().map(Ok::<Bytes, std::convert::Infallible>)), receive))
-    });
-    let body = Body::from_stream(sheets.flatten());
-    let mut response = ([(header::CONTENT_TYPE, HeaderValue::from_static(NDJSON))], body).into_response();
+    let (send, parts) = mpsc::channel(2 * service.pool.workers());
+    let batch = Batch { service, shape, id };
+    let reader = tokio::spawn(read(request.into_body(), batch.clone(), send));
+    let mut response = Body::from_stream(Answers { parts, reader: Some(reader), packer, batch: batch.clone() }.stream()).into_response();
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(NDJSON));
+    headers.insert(header::VARY, batch.service.vary());
+    if let Some(coding) = coding {
+        headers.insert(header::CONTENT_ENCODING, coding.header());
+    }
     response.extensions_mut().insert(Streaming);
     response
+}
+
+/// The answers on their way.
+struct Answers {
+    parts: mpsc::Receiver<Underway>,
+    reader: Option<JoinHandle<()>>,
+    packer: Option<Packer>,
+    batch: Batch,
+}
+
+/// Ends an answer without its end, so that the client does not take what it has for all.
+fn cut_off(why: &str) -> io::Error {
+    io::Error::other(why)
+}
+
+impl Answers {
+    /// Sheet by sheet. Whoever compresses or sends may ask again after the end.
+    fn stream(self) -> impl Stream<Item = io::Result<Bytes>> {
+        let sheets = stream::try_unfold(self, |mut answers| async move {
+            let next = answers.next().await?;
+            Ok::<_, io::Error>(next.map(|sheets| (stream::iter(sheets.into_iter().map(Ok)), answers)))
+        });
+        sheets.try_flatten().fuse()
+    }
+
+    /// What is sent next; nothing at the end.
+    async fn next(&mut self) -> io::Result<Option<Vec<Bytes>>> {
+        if let Some(mut underway) = self.parts.recv().await {
+            let sheets = self.joined((&mut underway.0).await)?;
+            return self.packed(sheets).await.map(|sheets| Some(sheets.into_iter().collect()));
+        }
+        if let Some(reader) = self.reader.take() {
+            self.joined(reader.await)?;
+        }
+        let Some(packer) = self.packer.take() else { return Ok(None) };
+        packer.finish().map(|end| Some(vec![end.into()]))
+    }
+
+    fn joined<T>(&self, joined: Result<T, JoinError>) -> io::Result<T> {
+        joined.map_err(|_| {
+            self.batch.panicked("a batch; its answer is cut off");
+            cut_off("a part of the batch is lost")
+        })
+    }
+
+    async fn packed(&mut self, mut sheets: Sheets) -> io::Result<Sheets> {
+        let Some(mut packer) = self.packer.take() else { return Ok(sheets) };
+        let service = &self.batch.service;
+        loop {
+            let job = |(mut packer, sheets): (Packer, Sheets)| {
+                let packed = packer.pack(sheets);
+                (packer, packed)
+            };
+            match hand_over(&service.pool, Instant::now() + service.deadline, (packer, sheets), job).await {
+                Ok((packer, packed)) => {
+                    self.packer = Some(packer);
+                    return packed.map_err(|problem| cut_off(problem.code()));
+                }
+                Err(Refused::Full(again)) => (packer, sheets) = again,
+                Err(Refused::Failed(failure)) => return Err(cut_off(self.batch.failed(failure).code())),
+            }
+            sleep(RETRY).await;
+        }
+    }
+}
+
+impl Batch {
+    fn panicked(&self, what: &str) {
+        self.service.panicked(&self.id, what);
+    }
+
+    /// As for a single request; what that one's status would tell is logged.
+    fn failed(&self, failure: Failure) -> Problem {
+        if failure == Failure::Panicked {
+            self.id.log_panic("a computation of a batch");
+        }
+        super::call::failed(&self.service, failure)
+    }
 }
 
 fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
@@ -88,11 +184,12 @@ fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
 }
 
 /// Reads the batch, and hands its parts out in order, until its end or until nobody takes them.
-async fn read(mut body: Body, shape: Shape, service: Arc<Service>, send: mpsc::Sender<Underway>) {
+async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
     let mut cutter = Cutter::default();
+    let service = &batch.service;
     let hand_out = |part: Part| {
-        let service = service.clone();
-        send.send(Underway(tokio::spawn(async move { compute(part, shape, service).await })))
+        let batch = batch.clone();
+        send.send(Underway(tokio::spawn(async move { guarded(&part, &batch, compute(&part, &batch)).await })))
     };
     let broken = loop {
         let frame = tokio::select! {
@@ -103,7 +200,7 @@ async fn read(mut body: Body, shape: Shape, service: Arc<Service>, send: mpsc::S
             Ok(None) => break None,
             Ok(Some(Ok(frame))) => cutter.push(&frame.into_data().unwrap_or_default()),
             Ok(Some(Err(_))) => break Some(super::call::incomplete()),
-            Err(_) => break Some(super::call::body_too_slow(&service)),
+            Err(_) => break Some(super::call::body_too_slow(service)),
         }
         // What has arrived is answered without waiting for more.
         while let Some(part) = cutter.part().or_else(|| cutter.rest(false)) {
@@ -112,7 +209,7 @@ async fn read(mut body: Body, shape: Shape, service: Arc<Service>, send: mpsc::S
             }
         }
         if cutter.pending() > service.max_body {
-            break Some(super::call::too_large(&service));
+            break Some(super::call::too_large(service));
         }
     };
     match broken {
@@ -124,35 +221,111 @@ async fn read(mut body: Body, shape: Shape, service: Arc<Service>, send: mpsc::S
         // The line that did not arrive whole has the problem in its place.
         Some(problem) => {
             let line = Part { text: b"-".to_vec(), first: cutter.line() };
-            let _ = send.send(Underway(tokio::spawn(async move { line.refuse(&problem, &service.budget) }))).await;
+            let budget = service.budget.clone();
+            let _ = send.send(Underway(tokio::spawn(async move { line.refuse(&problem, &budget) }))).await;
         }
     }
 }
 
+/// What was computed; after a panic the problem in the place of every line.
+async fn guarded(part: &Part, batch: &Batch, computed: impl Future<Output = Sheets>) -> Sheets {
+    AssertUnwindSafe(computed).catch_unwind().await.unwrap_or_else(|_| {
+        batch.panicked("a batch; its lines have the problem in their place");
+        part.refuse(&Problem::internal(), &batch.service.budget)
+    })
+}
+
 /// Computes a part; where it is too slow or panics, line by line, so that each line has its own outcome.
-async fn compute(part: Part, shape: Shape, service: Arc<Service>) -> Sheets {
-    match attempt(&part, shape, &service).await {
+async fn compute(part: &Part, batch: &Batch) -> Sheets {
+    let budget = &batch.service.budget;
+    match attempt(part, batch).await {
         Ok(sheets) => sheets,
-        Err(problem) if part.lines() == 1 => part.refuse(&problem, &service.budget),
+        Err(problem) if part.lines() == 1 => part.refuse(&problem, budget),
         Err(_) => {
             let mut all = Sheets::default();
             for line in part.split() {
-                let sheets = attempt(&line, shape, &service).await;
-                all.extend(sheets.unwrap_or_else(|problem| line.refuse(&problem, &service.budget)));
+                let sheets = attempt(&line, batch).await;
+                all.extend(sheets.unwrap_or_else(|problem| line.refuse(&problem, budget)));
             }
             all
         }
     }
 }
 
-async fn attempt(part: &Part, shape: Shape, service: &Arc<Service>) -> Result<Sheets, Problem> {
+async fn attempt(part: &Part, batch: &Batch) -> Result<Sheets, Problem> {
+    let (service, shape) = (&batch.service, batch.shape);
     loop {
         let (part, budget, max_depth) = (part.clone(), service.budget.clone(), service.max_depth);
         let job = move || part.answer(shape, max_depth, &budget);
         match service.pool.run(Instant::now() + service.deadline, job).await {
             Ok(sheets) => return sheets,
             Err(Failure::Full) => sleep(RETRY).await,
-            Err(failure) => return Err(super::call::failed(service, failure)),
+            Err(failure) => return Err(batch.failed(failure)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::config::Config;
+    use crate::http::budget::Budget;
+
+    #[derive(Parser)]
+    struct Settings {
+        #[command(flatten)]
+        config: Config,
+    }
+
+    fn batch() -> Batch {
+        let service = Service::start(&Settings::parse_from(["test"]).config).unwrap();
+        Batch { service, shape: Shape::default(), id: RequestId(HeaderValue::from_static("the-id")) }
+    }
+
+    async fn panicking<T>() -> T {
+        panic!("on purpose")
+    }
+
+    fn part() -> Part {
+        Part { text: b"{\"id\": \"a\", \"op\": \"fit\", \"body\": {}}\n\n{}\n".to_vec(), first: 5 }
+    }
+
+    #[tokio::test]
+    async fn a_panic_puts_the_problem_in_the_place_of_every_line() {
+        let batch = batch();
+        let text = guarded(&part(), &batch, panicking()).await.concat();
+        let lines: Vec<serde_json::Value> =
+            text.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).map(|line| serde_json::from_slice(line).unwrap()).collect();
+        let seen: Vec<_> = lines.iter().map(|line| (&line["line"], &line["id"], &line["problem"]["code"])).collect();
+        let internal = serde_json::json!("internal");
+        assert_eq!(seen, [(&5.into(), &"a".into(), &internal), (&7.into(), &serde_json::Value::Null, &internal)]);
+        assert_eq!(batch.service.metrics.panics.get(), 1);
+    }
+
+    fn answers(batch: &Batch, reader: JoinHandle<()>, parts: Vec<JoinHandle<Sheets>>) -> Answers {
+        let (send, receive) = mpsc::channel(9);
+        parts.into_iter().for_each(|part| send.try_send(Underway(part)).unwrap_or_else(|_| panic!("full")));
+        Answers { parts: receive, reader: Some(reader), packer: None, batch: batch.clone() }
+    }
+
+    #[tokio::test]
+    async fn an_answer_has_an_end_only_if_nothing_is_lost() {
+        let batch = batch();
+        let good = || tokio::spawn(async { part().refuse(&Problem::internal(), &Budget::unlimited()) });
+        let whole = |answers: Answers| Body::from_stream(answers.stream()).collect();
+        assert!(whole(answers(&batch, tokio::spawn(async {}), vec![good()])).await.is_ok());
+        assert!(whole(answers(&batch, tokio::spawn(async {}), vec![good(), tokio::spawn(panicking())])).await.is_err());
+        assert!(whole(answers(&batch, tokio::spawn(panicking()), vec![good()])).await.is_err(), "the reader is gone");
+        assert_eq!(batch.service.metrics.panics.get(), 2);
+    }
+
+    #[tokio::test]
+    async fn an_answer_may_be_asked_for_more_after_its_end() {
+        let mut body = Body::from_stream(answers(&batch(), tokio::spawn(async {}), Vec::new()).stream());
+        for _ in 0..3 {
+            assert!(body.frame().await.is_none());
         }
     }
 }

@@ -34,6 +34,11 @@ impl Budget {
     pub fn unlimited() -> Arc<Self> {
         Budget::new(usize::MAX, Arc::default())
     }
+
+    fn give_back(&self, bytes: usize) {
+        self.held.fetch_sub(bytes, Ordering::Relaxed);
+        self.metrics.held_bytes.dec_by(bytes as i64);
+    }
 }
 
 impl Reservation {
@@ -54,12 +59,18 @@ impl Reservation {
         self.bytes += more;
         Ok(())
     }
+
+    /// Gives back what is held beyond this many bytes.
+    pub fn shrink_to(&mut self, bytes: usize) {
+        let less = self.bytes.saturating_sub(bytes);
+        self.bytes -= less;
+        self.budget.give_back(less);
+    }
 }
 
 impl Drop for Reservation {
     fn drop(&mut self) {
-        self.budget.held.fetch_sub(self.bytes, Ordering::Relaxed);
-        self.budget.metrics.held_bytes.dec_by(self.bytes as i64);
+        self.budget.give_back(self.bytes);
     }
 }
 
@@ -77,5 +88,9 @@ mod tests {
         assert_eq!(second.grow_to(40), Ok(()));
         drop(first);
         assert_eq!(second.grow_to(100), Ok(()));
+        second.shrink_to(70);
+        second.shrink_to(80);
+        let mut third = Reservation::of(&budget);
+        assert_eq!((third.grow_to(31), third.grow_to(30)), (Err(NoRoom), Ok(())));
     }
 }

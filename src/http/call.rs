@@ -17,6 +17,7 @@ use super::error::Problem;
 use super::json;
 use super::negotiate::{self, Form};
 use super::operations;
+use super::packer::Packing;
 use super::paper::{Paper, Sheets};
 use super::pool::Failure;
 use super::service::Service;
@@ -155,13 +156,23 @@ impl Call {
             Err(problem) => return problem.into_response(),
         };
         self.shape.raw = media_type == RAW;
-        match self.compute(operation, is_small, write).await {
+        let (packing, vary) = (self.packing(), self.service.vary());
+        let computed = self.compute(operation, is_small, write, packing.clone()).await;
+        let packed = match (computed, packing) {
+            // What was computed where it arrived is packed on a worker all the same.
+            (Ok(sheets), Some(packing)) => packing.on_a_worker(sheets).await,
+            (computed, _) => computed,
+        };
+        match packed {
             Ok(sheets) => {
                 // With room for what the edge adds.
                 let mut headers = HeaderMap::with_capacity(12);
                 headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
-                headers.insert(header::VARY, HeaderValue::from_static("accept"));
+                headers.insert(header::VARY, vary);
                 headers.insert(header::CONTENT_LENGTH, sheets.len().into());
+                if let Some(coding) = sheets.coding() {
+                    headers.insert(header::CONTENT_ENCODING, coding.header());
+                }
                 let mut response = Response::new(Body::from(sheets));
                 *response.headers_mut() = headers;
                 response
@@ -170,11 +181,18 @@ impl Call {
         }
     }
 
+    /// Whether the answer is to be packed. The raw format shrinks by a tenth only.
+    fn packing(&self) -> Option<Packing> {
+        let coding = if self.shape.raw { None } else { self.service.coding(&self.headers) };
+        coding.map(|coding| Packing { coding, service: self.service.clone(), deadline: self.deadline })
+    }
+
     async fn compute<Request, Answer>(
         self,
         operation: fn(Request) -> Result<Answer, Error>,
         is_small: fn(&Request) -> bool,
         write: Writer<Answer>,
+        packing: Option<Packing>,
     ) -> Result<Sheets, Problem>
     where
         Request: json::Request + Send + 'static,
@@ -188,12 +206,16 @@ impl Call {
             write(&operation(request).map_err(|error| json::refused(error, body))?, shape, &mut paper)?;
             Ok(paper.finish())
         };
+        let pack = move |sheets| match packing {
+            Some(packing) => packing.pack(sheets),
+            None => Ok(sheets),
+        };
         let max_depth = service.max_depth;
         let result = if body.bytes.len() > SMALL {
             let job = move || {
                 let request = read(&body.bytes, form, max_depth);
                 drop(body);
-                written(request?, &[])
+                written(request?, &[]).and_then(pack)
             };
             service.pool.run(deadline, job).await
         } else {
@@ -201,7 +223,7 @@ impl Call {
             if is_small(&request) {
                 catch_unwind(AssertUnwindSafe(|| written(request, &body.bytes))).map_err(|_| Failure::Panicked)
             } else {
-                service.pool.run(deadline, move || written(request, &body.bytes)).await
+                service.pool.run(deadline, move || written(request, &body.bytes).and_then(pack)).await
             }
         };
         match result {

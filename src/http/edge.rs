@@ -10,23 +10,17 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 
 use axum::Router;
-use axum::body::Body;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::FutureExt;
 use tower::{Layer, ServiceExt, service_fn};
-use tower_http::CompressionLevel;
-use tower_http::compression::CompressionLayer;
-use tower_http::compression::predicate::SizeAbove;
 use tower_http::cors::{AllowOrigin, CorsLayer};
 
+use super::batch;
 use super::error::Problem;
 use super::observe::{self, Observer};
 use super::service::Service;
-
-/// Answers from this size on are compressed, for clients that ask for gzip.
-const COMPRESSED: u64 = 1_024;
 
 /// The service as a connection meets it.
 #[derive(Clone)]
@@ -63,10 +57,12 @@ impl tower::Service<Request> for Edge {
 }
 
 impl Inside {
-    async fn answer(self: Arc<Self>, request: Request) -> Response {
+    async fn answer(self: Arc<Self>, mut request: Request) -> Response {
         let seen = self.observer.begin(&request);
         let is_page = request.uri().path().starts_with("/docs");
-        let encodings = request.headers().get(header::ACCEPT_ENCODING).cloned();
+        if request.uri().path() == batch::PATH {
+            request.extensions_mut().insert(seen.id());
+        }
         let mut response = match &self.cors {
             None => self.route(request).await,
             Some(cors) => {
@@ -79,9 +75,6 @@ impl Inside {
                 Box::pin(cors.layer(route).oneshot(request)).await.unwrap_or_else(|never| match never {})
             }
         };
-        if let Some(encodings) = encodings {
-            response = Box::pin(compressed(encodings, response)).await;
-        }
         add_security_headers(response.headers_mut(), is_page);
         self.observer.end(seen, &mut response);
         response
@@ -118,16 +111,6 @@ fn unauthorized(headers: &HeaderMap) -> Problem {
     let what = if given { "the API key is not known" } else { "no API key was sent" };
     let detail = format!("{what}; send a valid one as Authorization: Bearer KEY, or as X-Api-Key: KEY");
     Problem::new(StatusCode::UNAUTHORIZED, "unauthorized", "An API key is needed", detail)
-}
-
-/// The answer, compressed where the client takes that and it is long enough.
-async fn compressed(encodings: HeaderValue, response: Response) -> Response {
-    let mut question = Request::new(Body::empty());
-    question.headers_mut().insert(header::ACCEPT_ENCODING, encodings);
-    let layer = CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(SizeAbove::new(COMPRESSED));
-    let mut response = Some(response);
-    let ready = service_fn(move |_| std::future::ready(Ok::<_, Infallible>(response.take().unwrap_or_default())));
-    layer.layer(ready).oneshot(question).await.unwrap_or_else(|never| match never {}).map(Body::new)
 }
 
 /// Headers that keep a browser from doing more with an answer than reading it.

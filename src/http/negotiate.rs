@@ -57,7 +57,7 @@ pub fn wanted(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static 
         return Ok(first);
     }
     let lists: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
-    let ranges: Vec<(String, f64)> = lists.iter().flat_map(|list| list.split(',')).map(range).collect();
+    let ranges: Vec<(String, f64)> = lists.iter().flat_map(|list| list.split(',')).map(weighed).collect();
     let quality = |offer: &str| {
         let fits = |range: &str| {
             if range == offer {
@@ -82,10 +82,11 @@ pub fn wanted(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static 
     })
 }
 
-/// A media range and its quality.
-fn range(text: &str) -> (String, f64) {
-    let quality = text.split(';').skip(1).find_map(|parameter| parameter.trim().strip_prefix("q=")?.parse().ok());
-    (essence(text), quality.unwrap_or(1.0))
+/// What a header offers in one item of its list, a media range or a coding, in lower case, and its quality (RFC 9110 section 12.4.2).
+pub(super) fn weighed(text: &str) -> (String, f64) {
+    let quality = |parameter: &str| parameter.trim().strip_prefix(['q', 'Q'])?.strip_prefix('=')?.parse().ok();
+    let qualities = text.split(';').skip(1).find_map(quality);
+    (essence(text), qualities.filter(|quality| (0.0..=1.0).contains(quality)).unwrap_or(1.0))
 }
 
 /// The shape of numbers that the query of the address asks for: `precision` and `layout`.

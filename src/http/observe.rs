@@ -19,6 +19,17 @@ use crate::traces::{Parent, Span};
 /// The header that carries the id of a request, both ways.
 pub const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
+/// The id of a request, for what goes on after its answer has begun.
+#[derive(Debug, Clone)]
+pub struct RequestId(pub HeaderValue);
+
+impl RequestId {
+    /// Logs a panic that no status tells of.
+    pub fn log_panic(&self, what: &str) {
+        tracing::error!(request_id = self.0.to_str().unwrap_or(""), "panicked: {what}");
+    }
+}
+
 /// Counts, times and logs requests, and gives them ids.
 pub struct Observer {
     service: Arc<Service>,
@@ -135,6 +146,11 @@ fn known(method: &Method) -> &'static str {
 }
 
 impl Seen {
+    /// The id of the request.
+    pub fn id(&self) -> RequestId {
+        RequestId(self.id.clone())
+    }
+
     /// Faults of ours are errors, a full service a warning; probes are of interest to few.
     fn log(&self, route: &str, status: StatusCode, seconds: f64) {
         let (request_id, method) = (self.id.to_str().unwrap_or(""), self.method);

@@ -12,6 +12,7 @@ use bytes::Bytes;
 use http_body::{Frame, SizeHint};
 
 use super::budget::{Budget, Reservation};
+use super::coding::Coding;
 use crate::core::work;
 
 /// The size of a sheet. An answer within one sheet is not counted against the budget.
@@ -22,7 +23,7 @@ const FIRST: usize = 4 * 1024;
 /// A text being written.
 #[derive(Debug)]
 pub struct Paper {
-    full: VecDeque<Bytes>,
+    full: VecDeque<Held>,
     sheet: Vec<u8>,
     budget: Arc<Budget>,
     reservation: Option<Reservation>,
@@ -41,9 +42,10 @@ pub enum Stopped {
 }
 
 /// A sheet with its part of the budget.
-struct Held {
+#[derive(Debug)]
+pub struct Held {
     text: Vec<u8>,
-    _reservation: Option<Reservation>,
+    reservation: Option<Reservation>,
 }
 
 impl AsRef<[u8]> for Held {
@@ -55,8 +57,9 @@ impl AsRef<[u8]> for Held {
 /// A finished text; the body of an answer.
 #[derive(Debug, Default)]
 pub struct Sheets {
-    sheets: VecDeque<Bytes>,
+    sheets: VecDeque<Held>,
     left: u64,
+    coding: Option<Coding>,
 }
 
 impl Paper {
@@ -117,7 +120,7 @@ impl Paper {
     /// Adds a finished text at the end.
     pub fn append(&mut self, sheets: Sheets) {
         let text = std::mem::take(&mut self.sheet);
-        self.full.push_back(Bytes::from_owner(Held { text, _reservation: self.reservation.take() }));
+        self.full.push_back(Held { text, reservation: self.reservation.take() });
         self.full.extend(sheets.sheets);
     }
 
@@ -130,7 +133,7 @@ impl Paper {
             self.append(sheets);
             return Ok(());
         }
-        sheets.sheets.iter().try_for_each(|sheet| io::Write::write_all(self, sheet))
+        sheets.sheets.iter().try_for_each(|sheet| io::Write::write_all(self, &sheet.text))
     }
 
     /// A larger sheet, or a new one.
@@ -149,17 +152,14 @@ impl Paper {
         let mut reservation = Reservation::of(&self.budget);
         reservation.grow_to(SHEET).map_err(|_| Stopped::NoRoom)?;
         let text = std::mem::replace(&mut self.sheet, Vec::with_capacity(SHEET));
-        let held = Held { text, _reservation: self.reservation.replace(reservation) };
-        self.full.push_back(Bytes::from_owner(held));
+        self.full.push_back(Held { text, reservation: self.reservation.replace(reservation) });
         Ok(())
     }
 
     /// The text, to be sent.
     pub fn finish(mut self) -> Sheets {
-        let held = Held { text: self.sheet, _reservation: self.reservation };
-        self.full.push_back(Bytes::from_owner(held));
-        let left = self.full.iter().map(|sheet| sheet.len() as u64).sum();
-        Sheets { sheets: self.full, left }
+        self.full.push_back(Held { text: self.sheet, reservation: self.reservation });
+        Sheets::of(self.full)
     }
 }
 
@@ -184,6 +184,35 @@ impl io::Write for Paper {
 }
 
 impl Sheets {
+    fn of(sheets: VecDeque<Held>) -> Self {
+        let left = sheets.iter().map(|sheet| sheet.text.len() as u64).sum();
+        Sheets { sheets, left, coding: None }
+    }
+
+    /// How the text is compressed.
+    pub fn coding(&self) -> Option<Coding> {
+        self.coding
+    }
+
+    /// The text compressed, sheet by sheet: `pack` is told whether it is the last. Each sheet is freed when it is packed, and what the
+    /// packed one needs less goes back to the budget.
+    ///
+    /// # Errors
+    /// That of `pack`.
+    pub fn packed<E>(self, coding: Coding, mut pack: impl FnMut(&[u8], bool) -> Result<Vec<u8>, E>) -> Result<Self, E> {
+        let mut behind = self.sheets.len();
+        let one = |mut sheet: Held| {
+            behind -= 1;
+            sheet.text = pack(&sheet.text, behind == 0)?;
+            if let Some(reservation) = &mut sheet.reservation {
+                reservation.shrink_to(sheet.text.capacity());
+            }
+            Ok(sheet)
+        };
+        let sheets = self.sheets.into_iter().map(one).collect::<Result<_, E>>()?;
+        Ok(Sheets { coding: Some(coding), ..Sheets::of(sheets) })
+    }
+
     /// Bytes not yet sent.
     pub fn len(&self) -> u64 {
         self.left
@@ -202,23 +231,23 @@ impl Sheets {
 
     /// The text in one piece.
     pub fn concat(&self) -> Vec<u8> {
-        self.sheets.iter().flat_map(|sheet| sheet.iter().copied()).collect()
+        self.sheets.iter().flat_map(|sheet| sheet.text.iter().copied()).collect()
     }
 }
 
 impl IntoIterator for Sheets {
     type Item = Bytes;
-    type IntoIter = std::collections::vec_deque::IntoIter<Bytes>;
+    type IntoIter = std::iter::Map<std::collections::vec_deque::IntoIter<Held>, fn(Held) -> Bytes>;
 
     fn into_iter(self) -> Self::IntoIter {
-        self.sheets.into_iter()
+        self.sheets.into_iter().map(Bytes::from_owner)
     }
 }
 
 impl From<Sheets> for Body {
     fn from(mut sheets: Sheets) -> Self {
         match sheets.sheets.len() {
-            0 | 1 => Body::from(sheets.sheets.pop_front().unwrap_or_default()),
+            0 | 1 => sheets.sheets.pop_front().map_or_else(Body::empty, |sheet| Body::from(Bytes::from_owner(sheet))),
             _ => Body::new(sheets),
         }
     }
@@ -230,8 +259,8 @@ impl http_body::Body for Sheets {
 
     fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
         let sheet = self.sheets.pop_front();
-        self.left -= sheet.as_ref().map_or(0, |sheet| sheet.len() as u64);
-        Poll::Ready(sheet.map(|sheet| Ok(Frame::data(sheet))))
+        self.left -= sheet.as_ref().map_or(0, |sheet| sheet.text.len() as u64);
+        Poll::Ready(sheet.map(|sheet| Ok(Frame::data(Bytes::from_owner(sheet)))))
     }
 
     fn is_end_stream(&self) -> bool {

@@ -4,10 +4,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use axum::http::{HeaderMap, HeaderValue};
+
 use super::budget::Budget;
+use super::coding::Coding;
 use super::keys::Keys;
+use super::observe::RequestId;
 use super::pool::Pool;
-use crate::config::Config;
+use crate::config::{Compression, Config};
 use crate::metrics::Metrics;
 use crate::traces::Traces;
 
@@ -32,6 +36,8 @@ pub struct Service {
     pub body_time: Duration,
     /// Time for a computation.
     pub deadline: Duration,
+    /// Whether answers are compressed for clients that ask.
+    pub compression: bool,
     /// Whether `/metrics` is answered elsewhere.
     pub metrics_elsewhere: bool,
     stopping: AtomicBool,
@@ -54,10 +60,27 @@ impl Service {
             max_depth: config.max_depth,
             body_time: config.body_time.0,
             deadline: config.deadline.0,
+            compression: config.compression == Compression::On,
             metrics_elsewhere: config.metrics_listen.is_some(),
             stopping: AtomicBool::new(false),
             metrics,
         }))
+    }
+
+    /// How an answer to this request is compressed.
+    pub fn coding(&self, headers: &HeaderMap) -> Option<Coding> {
+        if self.compression { Coding::wanted(headers) } else { None }
+    }
+
+    /// What an answer of an operation depends on beside the address and the body.
+    pub fn vary(&self) -> HeaderValue {
+        HeaderValue::from_static(if self.compression { "accept, accept-encoding" } else { "accept" })
+    }
+
+    /// Counts a panic that the client may see as an answer cut off, and logs what.
+    pub fn panicked(&self, id: &RequestId, what: &str) {
+        self.metrics.panics.inc();
+        id.log_panic(what);
     }
 
     /// From now on the service is not ready.

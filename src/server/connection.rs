@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 use std::future::poll_fn;
 use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::{Pin, pin};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
@@ -24,6 +25,7 @@ use tower::ServiceExt;
 use super::Stage;
 use crate::config::Config;
 use crate::http::batch::Streaming;
+use crate::http::observe::{REQUEST_ID, RequestId};
 use crate::metrics::{Because, Metrics, Reason};
 
 /// The largest head of a request. Of headers the parser allows 100.
@@ -86,13 +88,22 @@ struct State {
     unread: bool,
     /// Whether all of the answer has been handed to the connection, which still has to send it.
     handed: bool,
+    /// The id of the last request whose answer has begun.
+    answered: Option<RequestId>,
     /// Since when the client has not taken all that was to be sent.
     blocked: Option<Instant>,
 }
 
 impl Progress {
     fn new() -> Self {
-        Progress(Arc::new(Mutex::new(State { phase: Phase::Head, since: Instant::now(), unread: false, handed: false, blocked: None })))
+        Progress(Arc::new(Mutex::new(State {
+            phase: Phase::Head,
+            since: Instant::now(),
+            unread: false,
+            handed: false,
+            answered: None,
+            blocked: None,
+        })))
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -117,6 +128,13 @@ impl Progress {
             }
             Poll::Ready(_) => {}
         }
+    }
+
+    /// Counts and logs what neither a status nor a metric of the request tells: its answer may have begun.
+    fn panicked(&self, metrics: &Metrics) {
+        metrics.panics.inc();
+        let id = self.state().answered.clone().unwrap_or(RequestId(HeaderValue::from_static("none")));
+        id.log_panic("an answer on its way; the connection is closed");
     }
 
     /// Whether the connection waits for a request.
@@ -185,6 +203,9 @@ where
             let _ = timeout(LINGER, linger(&mut stream)).await;
         }
         Err(Some(reason)) => {
+            if reason == Reason::panic {
+                progress.panicked(metrics);
+            }
             metrics.closed.get_or_create(&Because { reason }).inc();
         }
         Err(None) => {}
@@ -207,8 +228,11 @@ where
     let far = || Instant::now() + Duration::from_secs(86_400);
     let mut alarm = pin!(sleep_until(deadline().map_or_else(far, |(when, _)| when)));
     poll_fn(|context| {
+        // Whatever panics while an answer is made or sent: a closed connection shows the client that it has not all of it.
+        let polled = catch_unwind(AssertUnwindSafe(|| Pin::new(&mut *connection).poll(context)));
+        let Ok(polled) = polled else { return Poll::Ready(Err(Some(Reason::panic))) };
         // Ends when the last answer is sent, and says so to the client.
-        if let Poll::Ready(ended) = Pin::new(&mut *connection).poll(context) {
+        if let Poll::Ready(ended) = polled {
             return Poll::Ready(ended.map_err(|_| None));
         }
         // Phases change only while the connection is polled. An alarm that rings too early is set again.
@@ -301,13 +325,17 @@ impl<A: App> Service<Request<Incoming>> for Handler<A> {
 
     fn call(&self, request: Request<Incoming>) -> Self::Future {
         self.progress.enter(Phase::Request);
-        self.progress.state().unread = !request.body().is_end_stream();
+        {
+            let mut state = self.progress.state();
+            (state.unread, state.answered) = (!request.body().is_end_stream(), None);
+        }
         let (app, progress, stage) = (self.app.clone(), self.progress.clone(), self.stage.clone());
         Box::pin(async move {
             let arriving = |body| Body::new(Arriving { body, progress: progress.clone() });
             let mut response = app.oneshot(request.map(arriving)).await?;
             let is_stream = response.extensions().get::<Streaming>().is_some();
             progress.enter(if is_stream { Phase::Stream } else { Phase::Answer });
+            progress.state().answered = response.headers().get(&REQUEST_ID).cloned().map(RequestId);
             // After a body that nobody reads, no further request can be told from its rest.
             if *stage.borrow() != Stage::Serving || progress.state().unread {
                 response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));

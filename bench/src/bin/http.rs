@@ -36,9 +36,11 @@ fn main() {
     match std::env::args().nth(1).as_deref() {
         Some("floor") => floor(),
         Some("batch") => batch(),
+        Some("compression") => compression(),
         filter => {
             compare(filter.unwrap_or(""));
             if filter.is_none() {
+                compression();
                 batch();
             }
         }
@@ -270,10 +272,49 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// The release binary. It logs what goes wrong; a line for each request would cost what a small computation does.
 fn ours() -> Server {
+    ours_with(&[])
+}
+
+fn ours_with(settings: &[&str]) -> Server {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/release/springline");
     let mut command = Command::new(std::env::var("SPRINGLINE_BINARY").unwrap_or(path.into()));
     command.args(["--listen", "127.0.0.1:0", "--log", &std::env::var("SPRINGLINE_BENCH_LOG").unwrap_or("warn".into())]);
+    command.args(settings);
     Server::start(command)
+}
+
+/// What compression costs the server, of the same answer as it is: with the defaults and where it is set.
+fn compression() {
+    const AS_IT_IS: &str = "accept-encoding: identity\r\n";
+    const BROWSER: &str = "accept-encoding: gzip, deflate, br, zstd\r\n";
+    const GZIP: &str = "accept-encoding: gzip, deflate\r\n";
+    let servers = [ours(), ours_with(&["--compression", "on"])];
+    // Which server, and what it is asked.
+    let ways = [
+        (0, "default, identity", AS_IT_IS),
+        (0, "default, as browsers ask", BROWSER),
+        (1, "on, identity", AS_IT_IS),
+        (1, "on, as browsers ask", BROWSER),
+        (1, "on, gzip", GZIP),
+    ];
+    let cubic = json!({"family": "beta-bezier", "beta": 1, "control_points": [[0, 0, 1], [1, 3, 2], [4, 3, 0], [5, 0, 2]]});
+    println!("\n{:<50}{:>10}{:>10}{:>8}", "evaluate", "answer", "CPU us", "ratio");
+    for (name, count, accept) in [("1,000 samples", 1_000, ""), ("10,000 samples", 10_000, ""), ("10,000 samples, raw", 10_000, RAW)] {
+        let body = json!({"curve": cubic, "sampling": {"kind": "count", "count": count}});
+        let accept = if accept.is_empty() { String::new() } else { format!("accept: {accept}\r\n") };
+        let cases = ways.map(|(server, way, coding)| (server, way, case_with("", "/v1/evaluate", &body, &format!("{coding}{accept}"))));
+        let mut figures = [const { Vec::new() }; 5];
+        for _ in 0..ROUNDS {
+            for ((server, _, case), figures) in cases.iter().zip(&mut figures) {
+                figures.push(cpu(&servers[*server], &case.request));
+            }
+        }
+        let first = median(figures[0].clone());
+        for ((server, way, case), figures) in cases.iter().zip(figures) {
+            let (answer, cpu) = (Client::open(&servers[*server]).ask(&case.request), median(figures));
+            println!("{:<50}{answer:>10}{cpu:>10.1}{:>8.2}", format!("{name}: {way}"), cpu / first);
+        }
+    }
 }
 
 /// Curves a second in a batch, and in single requests of 32 clients; both server and clients share this machine.

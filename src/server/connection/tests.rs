@@ -2,6 +2,7 @@
 
 use axum::Router;
 use axum::routing::{get, post};
+use futures_util::{StreamExt, stream};
 use tokio::io::{DuplexStream, duplex};
 use tokio::sync::mpsc;
 use tokio::time::advance;
@@ -206,4 +207,51 @@ async fn who_sends_on_and_reads_nothing_is_closed() {
     let (got, _) = connected.rest().await;
     assert!(got.len() < 2_000, "closed before it read anything: {}", got.len());
     assert_eq!(connected.count(Reason::answer), 1);
+}
+
+/// Collects what is logged on this thread.
+#[derive(Clone, Default)]
+struct Logged(Arc<Mutex<Vec<u8>>>);
+
+impl io::Write for Logged {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        io::Write::write(&mut *self.0.lock().unwrap(), line)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Half an answer, then a panic where the connection asks for more.
+async fn half() -> Response<Body> {
+    let pieces = stream::iter(["half", ""]).then(|piece| async move {
+        // So that the first piece is sent before the next is asked for.
+        tokio::task::yield_now().await;
+        if piece.is_empty() { panic!("on purpose") } else { Ok::<_, Infallible>(piece) }
+    });
+    Response::builder().header(REQUEST_ID, "the-id").body(Body::from_stream(pieces)).unwrap()
+}
+
+#[tokio::test]
+async fn a_panic_while_an_answer_is_sent_is_counted_logged_and_seen_as_an_answer_cut_off() {
+    let logged = Logged::default();
+    let writer = logged.clone();
+    let subscriber = tracing_subscriber::fmt().with_writer(move || writer.clone()).json().finish();
+    let _logging = tracing::subscriber::set_default(subscriber);
+    let (mut client, server) = duplex(1_000);
+    let (_stage, follow) = watch::channel(Stage::Serving);
+    let metrics = Arc::new(Metrics::default());
+    let counted = metrics.clone();
+    let router = Router::new().route("/", get(half));
+    let serving = tokio::spawn(async move { serve(server, router, TIMES, follow, &counted).await });
+    client.write_all(REQUEST).await.unwrap();
+    let mut answer = Vec::new();
+    client.read_to_end(&mut answer).await.unwrap();
+    let answer = String::from_utf8(answer).unwrap();
+    assert!(answer.contains("chunked") && answer.ends_with("4\r\nhalf\r\n"), "no last chunk: {answer}");
+    serving.await.unwrap();
+    assert_eq!((metrics.panics.get(), metrics.closed.get_or_create(&Because { reason: Reason::panic }).get()), (1, 1));
+    let log = String::from_utf8(logged.0.lock().unwrap().clone()).unwrap();
+    assert!(log.contains("\"request_id\":\"the-id\"") && log.contains("ERROR"), "{log}");
 }
