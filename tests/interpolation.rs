@@ -69,7 +69,7 @@ fn joints_of_an_interpolant_agree_from_both_sides() {
         for order in &orders {
             for i in 1..curve.breaks().segments() {
                 let (before, after) = (order.segment(i - 1), order.segment(i));
-                let scale = magnitude(before).max(magnitude(after)) + curve.magnitude();
+                let scale = magnitude(&before).max(magnitude(&after)) + curve.magnitude();
                 assert!(before[before.len() - 1].distance(after[0]) < 1e-9 * scale);
             }
         }
@@ -138,7 +138,7 @@ fn a_closed_interpolant_does_not_depend_on_its_first_point() {
         let rotated: Vec<_> = (0..9).map(|i| points[(i + shift) % 9]).collect();
         let [one, other] = [points, rotated].map(|points| through(&points, Shape::Closed, &rule).curve.composite().unwrap());
         let size = one.magnitude();
-        let same = |i: usize| apart(one.segment((i + shift) % 9), other.segment(i)) < 1e-12 * size;
+        let same = |i: usize| apart(&one.segment((i + shift) % 9), &other.segment(i)) < 1e-12 * size;
         assert!((0..9).all(same));
     });
 }
@@ -152,7 +152,7 @@ fn an_open_interpolant_runs_backwards_through_reversed_points() {
         let other = through(&points.into_iter().rev().collect::<Vec<_>>(), mirror, &rule).curve.composite().unwrap();
         for i in 0..7 {
             let back: Vec<_> = other.segment(6 - i).iter().rev().copied().collect();
-            assert!(apart(one.segment(i), &back) < 1e-12 * one.magnitude());
+            assert!(apart(&one.segment(i), &back) < 1e-12 * one.magnitude());
         }
     });
 }

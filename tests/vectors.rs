@@ -116,7 +116,7 @@ fn interpolation<const D: usize>(case: &Value) -> f64 {
     let knots = numbers(&case["knots"]);
     let of_knots = curve.breaks().as_slice().iter().zip(&knots).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let polygons: Vec<_> = (0..knots.len() - 1).flat_map(|i| curve.polygon(i).to_vec()).collect();
-    let bezier: Vec<_> = curve.composite().unwrap().segments().flatten().copied().collect();
+    let bezier: Vec<_> = curve.composite().unwrap().segments().flatten().collect();
     let expected = flat(&case["beta_segments"]);
     let of_points = difference(&polygons, &expected).max(difference(&bezier, &flat(&case["bezier_segments"])));
     (of_knots / knots[knots.len() - 1]).max(of_points / magnitude(&expected))

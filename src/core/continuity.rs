@@ -1,13 +1,13 @@
 //! How smoothly segments join, measured joint by joint.
 
-use super::curve::{Composite, Piecewise};
+use super::curve::{Composite, Piecewise, Segment};
 use super::error::Error;
-use super::gaps::{FEW, Gaps, Group, Order, Sides, orders};
+use super::gaps::{FEW, Gaps, Group, Order, orders, spline_orders};
 use super::knots::Breaks;
 use super::lanes::LANES;
 use super::limits;
-use super::point::{Point, magnitude};
-use super::work::{self, Pace};
+use super::point::Point;
+use super::work;
 
 /// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives with
 /// respect to the parameter; a `C1` joint may well be `G2`, so the order is a convention: the highest class met is named.
@@ -109,41 +109,46 @@ impl Report {
     }
 }
 
-/// The pairs of segments that meet, with the parameter where they do; with the seam of a closed curve at the end.
-fn joints(breaks: &Breaks, closed: bool) -> impl Iterator<Item = (usize, usize, f64)> {
-    let (knots, count) = (breaks.as_slice(), breaks.segments());
-    let inner = (1..count).map(|i| (i - 1, i, knots[i]));
-    inner.chain(closed.then(|| (count - 1, 0, knots[count])))
-}
-
 /// Measures every joint. O(segments).
 ///
 /// # Errors
 /// [`Fault::Cancelled`](super::error::Fault).
 pub fn continuity<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: Tolerance) -> Result<Report, Error> {
-    measured(composite.breaks(), |i| composite.segment(i), closed, tolerance)
+    let breaks = composite.breaks();
+    if !composite.is_spline() {
+        return measured(breaks, |i| orders(composite.local(i), breaks.interval(i)), closed, tolerance);
+    }
+    let first = composite.derivative()?;
+    let second = first.derivative()?;
+    let gains = [composite.gains(1), composite.gains(2)];
+    let orders = |i: usize| {
+        let derivatives = [first.local(i), second.local(i)];
+        spline_orders(composite.local(i), derivatives, [gains[0][i], gains[1][i]], breaks.interval(i))
+    };
+    measured(breaks, orders, closed, tolerance)
 }
 
 /// The same of a piecewise curve, without a copy of its points where they are Bezier points.
 pub(crate) fn piecewise_continuity<const D: usize>(curve: &Piecewise<D>, tolerance: Tolerance) -> Result<Report, Error> {
     if curve.bases().are_identity() {
-        return measured(curve.breaks(), |i| curve.polygon(i), curve.closed(), tolerance);
+        // Differences of given points are as exact as those from an origin.
+        let segment = |i| Segment { origin: Point::ZERO, points: curve.polygon(i) };
+        return measured(curve.breaks(), |i| orders(segment(i), curve.breaks().interval(i)), curve.closed(), tolerance);
     }
     continuity(&curve.composite()?, curve.closed(), tolerance)
 }
 
-fn measured<'a, const D: usize>(
+fn measured<const D: usize>(
     breaks: &Breaks,
-    segment: impl Fn(usize) -> &'a [Point<D>],
+    orders: impl Fn(usize) -> [Order<D>; 3],
     closed: bool,
     tolerance: Tolerance,
 ) -> Result<Report, Error> {
-    let orders = |i: usize| orders(segment(i), breaks.interval(i));
     let (knots, count) = (breaks.as_slice(), breaks.segments());
     let mut joints = Vec::with_capacity(count);
     let mut add = |parameter: &f64, gaps: Gaps| joints.push(Joint::new(*parameter, &gaps, tolerance));
     if count <= FEW {
-        let segments: Vec<_> = (0..count).map(orders).collect();
+        let segments: Vec<_> = (0..count).map(&orders).collect();
         let pairs = segments.windows(2).zip(&knots[1..]);
         pairs.for_each(|(pair, knot)| add(knot, Gaps::new(&pair[0], &pair[1], tolerance.relative, Point::norm)));
     } else {
@@ -161,42 +166,6 @@ fn measured<'a, const D: usize>(
     }
     let class = joints.iter().map(|joint| joint.class).min().unwrap_or(Class::C2);
     Ok(Report { class, joints, tolerance })
-}
-
-/// The number of derivatives that agree at every joint, from none (-1: not even the points) to the degree.
-pub(crate) fn parametric_orders<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: f64) -> Result<Vec<(f64, i32)>, Error> {
-    let joints: Vec<_> = joints(composite.breaks(), closed).collect();
-    let mut found: Vec<_> = joints.iter().map(|&(_, _, parameter)| (parameter, -1)).collect();
-    let mut smooth: Vec<usize> = (0..joints.len()).collect();
-    let mut derivative = None;
-    let mut pace = Pace::default();
-    for order in 0..=composite.degree() {
-        let mut smoother = Vec::with_capacity(smooth.len());
-        let vectors = derivative.as_ref().unwrap_or(composite);
-        let over = |segment: usize| {
-            let size = magnitude(composite.segment(segment));
-            if order == 0 {
-                return Order::of_points(composite.segment(segment), size);
-            }
-            let mut over = Order::new(order, size, composite.degree(), composite.breaks().interval(segment));
-            vectors.segment(segment).iter().enumerate().for_each(|(i, &vector)| over.add(i, vector));
-            over
-        };
-        for joint in smooth {
-            pace.step()?;
-            if Sides::new(&over(joints[joint].0), &over(joints[joint].1), Point::norm).gap(tolerance).is_closed() {
-                found[joint].1 = order as i32;
-                smoother.push(joint);
-            }
-        }
-        if smoother.is_empty() {
-            break;
-        }
-        smooth = smoother;
-        // One derivative at a time: all of them together can be gigabytes.
-        derivative = Some(vectors.derivative()?);
-    }
-    Ok(found)
 }
 
 impl Joint {
@@ -237,7 +206,8 @@ mod tests {
     use super::*;
 
     fn classes(knots: &[f64], segments: &[Vec<Point<2>>]) -> Joint {
-        let composite = Composite::from_segments(Breaks::new(knots.to_vec()).unwrap(), segments.iter().map(Vec::as_slice)).unwrap();
+        let segments = segments.iter().map(|points| Segment { origin: Point::ZERO, points });
+        let composite = Composite::from_segments(Breaks::new(knots.to_vec()).unwrap(), segments).unwrap();
         continuity(&composite, false, Tolerance::default()).unwrap().joints[0]
     }
 

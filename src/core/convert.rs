@@ -49,7 +49,9 @@ pub fn convert<const D: usize>(curve: &Curve<D>, to: Basis, order: Option<usize>
     let way = to.way_back(order).at("to")?;
     let construction = construction(curve);
     if let Curve::Single(_) = curve {
-        let points = way.control_points(&super::bezier_form::elevate(composite.segment(0), order));
+        let segment = composite.local(0);
+        let points = way.control_points(&super::bezier_form::elevate(segment.points, order));
+        let points = points.into_iter().map(|p| segment.origin + p).collect();
         let curve = Curve::Single(Single::new(to, points)?);
         return Ok(Converted { curve, condition: way.condition, construction });
     }

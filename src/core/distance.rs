@@ -1,7 +1,7 @@
 //! How far two curves are apart at equal parameters.
 
 use super::bezier_form::{elevate, split};
-use super::curve::Composite;
+use super::curve::{Composite, Segment};
 use super::error::Error;
 use super::point::Point;
 use super::work::Pace;
@@ -10,14 +10,15 @@ use super::work::Pace;
 /// their intervals; exact to 1e-9 of its value, by bisection on the bounds that Bezier points give.
 pub(crate) fn largest_distance<const D: usize>(a: &Composite<D>, b: &Composite<D>) -> Result<f64, Error> {
     let mut pace = Pace::default();
-    let mut pairs = a.segments().zip(b.segments());
+    let mut pairs = a.locals().zip(b.locals());
     pairs.try_fold(0.0, |largest, (p, q)| largest_norm(difference(p, q), largest, &mut pace))
 }
 
 /// The Bezier points of the difference of two segments.
-fn difference<const D: usize>(p: &[Point<D>], q: &[Point<D>]) -> Vec<Point<D>> {
-    let degree = p.len().max(q.len()) - 1;
-    elevate(p, degree).into_iter().zip(elevate(q, degree)).map(|(p, q)| p - q).collect()
+fn difference<const D: usize>(p: Segment<D>, q: Segment<D>) -> Vec<Point<D>> {
+    let degree = p.points.len().max(q.points.len()) - 1;
+    let between = p.origin - q.origin;
+    elevate(p.points, degree).into_iter().zip(elevate(q.points, degree)).map(|(p, q)| between + (p - q)).collect()
 }
 
 /// The largest distance of a Bezier curve from the origin, or `known` if that is larger.

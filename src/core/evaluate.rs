@@ -1,13 +1,12 @@
 //! Points, derivatives and the moving frame along a curve.
 
 use super::bezier_form::{chord_error, split};
-use super::curve::{Composite, Curve};
+use super::curve::{Composite, Curve, Segment};
 use super::domain::Domain;
 use super::error::{At, Error, Fault, at_least, at_most};
-use super::gaps::derivative_size;
 use super::lanes::uniform;
 use super::limits;
-use super::point::Point;
+use super::point::{Point, magnitude};
 use super::work::Pace;
 
 /// Where to sample.
@@ -198,7 +197,7 @@ pub(crate) struct Piece<const D: usize> {
     pub segment: usize,
     /// Its last parameter; it starts where the one before ends.
     pub end: f64,
-    /// Its Bezier points.
+    /// Its Bezier points, from the origin of the segment.
     pub points: Vec<Point<D>>,
 }
 
@@ -207,7 +206,7 @@ pub(crate) struct Piece<const D: usize> {
 pub(crate) fn flat_pieces<const D: usize>(composite: &Composite<D>, tolerance: f64, most: usize) -> Result<Vec<Piece<D>>, Error> {
     let mut pieces = Vec::new();
     let mut pace = Pace::default();
-    for (segment, points) in composite.segments().enumerate() {
+    for (segment, Segment { points, .. }) in composite.locals().enumerate() {
         let (a, b) = composite.breaks().interval(segment);
         let mut stack = vec![(a, b, points.to_vec())];
         while let Some((start, end, points)) = stack.pop() {
@@ -238,16 +237,20 @@ fn frames<const D: usize>(
     if wanted == Quantities::default() {
         return Ok(frames);
     }
-    let magnitude = composite.magnitude();
+    let gains = [composite.gains(1), composite.gains(2)];
     let mut segment = 0;
+    let mut size = magnitude(composite.local(0).points);
     let mut pace = Pace::default();
     for (index, &t) in parameters.iter().enumerate() {
         pace.step()?;
-        segment = composite.breaks().segment_near(segment, t);
-        let (a, b) = composite.breaks().interval(segment);
-        let rounding = |k| 8.0 * f64::EPSILON * derivative_size(magnitude, composite.degree(), k, b - a);
+        let next = composite.breaks().segment_near(segment, t);
+        if next != segment {
+            (segment, size) = (next, magnitude(composite.local(next).points));
+        }
+        // Derivatives are as exact as differences of the control points are: they round in units of their own size.
+        let rounding = [0, 1].map(|k| 8.0 * f64::EPSILON * size * gains[k][segment]);
         let jet = |k: usize| jets.get(k).map_or(Point::ZERO, |list| list[index]);
-        let frame = Frame::new([jet(1), jet(2), jet(3)], [rounding(1), rounding(2)]);
+        let frame = Frame::new([jet(1), jet(2), jet(3)], rounding);
         frames.push(index, frame, wanted);
     }
     Ok(frames)

@@ -1,8 +1,9 @@
 //! What separates neighbouring segments where they meet, one joint at a time or many together.
 
 use super::bezier_form::difference;
+use super::curve::Segment;
 use super::lanes::LANES;
-use super::point::{Point, is_safe, larger, magnitude};
+use super::point::{Point, is_safe, larger};
 
 /// One order of derivative over one segment.
 #[derive(Debug, Clone, Copy)]
@@ -18,20 +19,18 @@ pub(super) struct Order<const D: usize> {
 }
 
 impl<const D: usize> Order<D> {
-    /// The points themselves.
-    pub(super) fn of_points(points: &[Point<D>], magnitude: f64) -> Self {
-        let (first, last) = (points[0], points[points.len() - 1]);
-        Order { first, last, scale: extent(points), of_points: magnitude, of_length: 0.0 }
+    /// The points themselves, with their largest coordinate.
+    fn of_points(segment: Segment<D>, magnitude: f64) -> Self {
+        Order { first: segment.first(), last: segment.last(), scale: extent(segment.points), of_points: magnitude, of_length: 0.0 }
     }
 
-    /// Derivative `k` of a segment of a degree whose points have this magnitude; its control vectors are still to be added.
-    pub(super) fn new(k: usize, magnitude: f64, degree: usize, (a, b): (f64, f64)) -> Self {
+    /// Derivative `k` of a segment, as large as this for points of its size; its control vectors are still to be added.
+    fn new(k: usize, size: f64, (a, b): (f64, f64)) -> Self {
         let of_length = k as f64 * (a.abs().max(b.abs()) / (b - a));
-        let of_points = derivative_size(magnitude, degree, k, b - a);
-        Order { first: Point::ZERO, last: Point::ZERO, scale: 0.0, of_points, of_length }
+        Order { first: Point::ZERO, last: Point::ZERO, scale: 0.0, of_points: size, of_length }
     }
 
-    pub(super) fn add(&mut self, i: usize, vector: Point<D>) {
+    fn add(&mut self, i: usize, vector: Point<D>) {
         if i == 0 {
             self.first = vector;
         }
@@ -266,10 +265,12 @@ fn extent<const D: usize>(points: &[Point<D>]) -> f64 {
 }
 
 /// Points and the first two derivatives of one segment.
-pub(super) fn orders<const D: usize>(points: &[Point<D>], interval: (f64, f64)) -> [Order<D>; 3] {
+pub(super) fn orders<const D: usize>(segment: Segment<D>, interval: (f64, f64)) -> [Order<D>; 3] {
+    let points = segment.points;
     let (degree, length) = (points.len() - 1, interval.1 - interval.0);
-    let size = magnitude(points);
-    let (mut first, mut second) = (Order::new(1, size, degree, interval), Order::new(2, size, degree, interval));
+    let magnitude = magnitude_of(segment);
+    let order = |k: usize| Order::new(k, derivative_size(magnitude, degree, k, length), interval);
+    let (mut first, mut second) = (order(1), order(2));
     let mut before = Point::ZERO;
     for (i, q) in points.windows(2).enumerate() {
         let vector = difference(q[0], q[1], degree, length);
@@ -279,7 +280,28 @@ pub(super) fn orders<const D: usize>(points: &[Point<D>], interval: (f64, f64)) 
         }
         before = vector;
     }
-    [Order::of_points(points, size), first, second]
+    [Order::of_points(segment, magnitude), first, second]
+}
+
+/// The same from the derivatives of a B-spline and their gains (see [`Composite::gains`](super::curve::Composite::gains)).
+pub(super) fn spline_orders<const D: usize>(
+    segment: Segment<D>,
+    derivatives: [Segment<D>; 2],
+    gains: [f64; 2],
+    interval: (f64, f64),
+) -> [Order<D>; 3] {
+    let magnitude = magnitude_of(segment);
+    let order = |k: usize| {
+        let mut order = Order::new(k, magnitude * gains[k - 1], interval);
+        derivatives[k - 1].absolute().enumerate().for_each(|(i, vector)| order.add(i, vector));
+        order
+    };
+    [Order::of_points(segment, magnitude), order(1), order(2)]
+}
+
+/// The largest absolute coordinate: client and service rounded the points in units of it.
+fn magnitude_of<const D: usize>(segment: Segment<D>) -> f64 {
+    segment.absolute().fold(0.0, |m, p| larger(m, p.max_abs()))
 }
 
 #[cfg(test)]
@@ -292,8 +314,10 @@ mod tests {
         for size in [1.0, 1e-200, 1e200, 1e-320] {
             // Some neighbours meet, some stand still.
             let point = |i: usize| Point([0, 1, 2].map(|k| if i % 7 == k { 0.0 } else { size * number(3 * (i - i / 11) + k) }));
-            let segment =
-                |i: usize| orders(&[point(3 * i), point(3 * i + 1), point(3 * i + 2), point(3 * i + 3)], (i as f64, i as f64 + 1.0));
+            let segment = |i: usize| {
+                let points = [0, 1, 2, 3].map(|k| point(3 * i + k));
+                orders(Segment { origin: Point::ZERO, points: &points }, (i as f64, i as f64 + 1.0))
+            };
             let segments: Vec<_> = (0..=LANES).map(segment).collect();
             for count in [1, 8, 9, LANES] {
                 let mut group = Group::<3>::new();

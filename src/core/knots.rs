@@ -62,6 +62,12 @@ impl KnotVector {
         (self.degree..self.knots.len() - 1 - self.degree).filter(|&i| self.knots[i] < self.knots[i + 1])
     }
 
+    /// The knots of the derivative: without the first and the last. Inner ones may be repeated once
+    /// more than the degree allows for a curve.
+    pub(super) fn of_derivative(&self) -> Self {
+        KnotVector { degree: self.degree - 1, knots: self.knots[1..self.knots.len() - 1].to_vec() }
+    }
+
     /// Gives the checked knots back.
     pub fn into_vec(self) -> Vec<f64> {
         self.knots

@@ -57,18 +57,28 @@ impl<const D: usize> Lanes<D> {
     }
 }
 
+/// Where a segment is.
+pub(crate) struct Place<const D: usize> {
+    /// What its points are relative to.
+    pub(crate) origin: Point<D>,
+    /// What they are to be multiplied by.
+    pub(crate) unit: f64,
+    /// Its parameters.
+    pub(crate) interval: (f64, f64),
+}
+
 /// Appends the points at up to [`LANES`] parameters of an interval, each with the bits that [`horner`](super::bezier_form::horner) gives
-/// it, times `unit`. The widest registers of the processor change no bit: every lane takes the same steps, and none is fused.
+/// it, times the unit, from the origin. The widest registers of the processor change no bit: every lane takes the same steps, and none is fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 pub(crate) fn extend<const D: usize>(
     points: &mut Vec<Point<D>>,
     lanes: &mut Lanes<D>,
     scaled: &[Point<D>],
-    unit: f64,
-    interval: (f64, f64),
+    place: Place<D>,
     parameters: &[f64],
 ) {
     let count = parameters.len().next_multiple_of(8);
+    let Place { origin, unit, interval } = place;
     lanes.place(interval, parameters);
     let (few, fours) = scaled[1..].as_rchunks::<4>();
     match *few {
@@ -78,7 +88,7 @@ pub(crate) fn extend<const D: usize>(
         _ => lanes.start(count, scaled[0], []),
     }
     fours.iter().for_each(|&four| lanes.advance(count, four));
-    let point = |l: usize| Point(std::array::from_fn(|k| lanes.sum[k][l] * unit));
+    let point = |l: usize| Point(std::array::from_fn(|k| lanes.sum[k][l] * unit + origin[k]));
     points.extend((0..parameters.len().min(LANES)).map(point));
 }
 

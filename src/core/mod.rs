@@ -26,6 +26,7 @@ pub(crate) mod lanes;
 mod least_change;
 pub mod least_squares;
 pub mod limits;
+mod local;
 pub mod parameterization;
 pub mod picture;
 pub mod point;

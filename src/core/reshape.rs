@@ -130,10 +130,10 @@ fn kept_joints<const D: usize>(old: &Piecewise<D>, composite: &Composite<D>, kee
     let derivative = composite.derivative()?;
     let joint = |(i, joint): (usize, &super::continuity::Joint)| {
         let (left, right) = (i, (i + 1) % segments);
-        let (before, after) = (derivative.segment(left), derivative.segment(right)[0]);
+        let (before, after) = (derivative.local(left).last(), derivative.local(right).first());
         let ratio = match keep {
             Keep::C1 if joint.parametric >= Class::C1 => 1.0,
-            Keep::G1 if joint.geometric >= Class::G1 => after.norm() / before[before.len() - 1].norm(),
+            Keep::G1 if joint.geometric >= Class::G1 => after.norm() / before.norm(),
             _ => return None,
         };
         Some(Kept { parameter: joint.parameter, left, right, ratio })

@@ -2,7 +2,7 @@
 
 use super::basis::{Basis, Bezier};
 use super::bezier_form::{evaluate, split};
-use super::curve::{Bases, Composite, Curve, Piecewise};
+use super::curve::{Bases, Composite, Curve, Piecewise, Segment};
 use super::domain::Domain;
 use super::error::{At, Error, Fault, at_most, increasing};
 use super::evaluate::{Piece, check_distance, check_tolerance, flat_pieces};
@@ -84,7 +84,8 @@ pub fn subdivide<const D: usize>(curve: &Curve<D>, cuts: &Cuts, form: Form) -> R
         Cuts::Flatness(tolerance) => flat(&composite, *tolerance).at("tolerance"),
     };
     let pieces = pieces.at("at")?;
-    let cut = Composite::from_segments(breaks(&composite, &pieces)?, pieces.iter().map(|piece| piece.points.as_slice()))?;
+    let segments = pieces.iter().map(|piece| Segment { origin: composite.local(piece.segment).origin, points: &piece.points });
+    let cut = Composite::from_segments(breaks(&composite, &pieces)?, segments)?;
     cut.check_joined().at("curve")?;
     let (in_family, (pieces_curve, condition)) = assemble(curve, &cut, &pieces, form)?;
     let (split_parameters, split_points) = match cuts {
@@ -104,15 +105,16 @@ fn breaks<const D: usize>(composite: &Composite<D>, pieces: &[Piece<D>]) -> Resu
 
 fn point_at<const D: usize>(composite: &Composite<D>, t: f64) -> Point<D> {
     let segment = composite.breaks().segment_at(t);
-    evaluate(composite.segment(segment), composite.breaks().local(segment, t).0)
+    let Segment { origin, points } = composite.local(segment);
+    origin + evaluate(points, composite.breaks().local(segment, t).0)
 }
 
 /// The joints of `cut` that `composite` does not have, with their points.
 fn new_joints<const D: usize>(composite: &Composite<D>, cut: &Composite<D>) -> (Vec<f64>, Vec<Point<D>>) {
     let old = composite.breaks().as_slice();
     let is_new = |t: f64| old.binary_search_by(|knot| knot.total_cmp(&t)).is_err();
-    let ends = cut.breaks().as_slice()[1..].iter().zip(cut.segments());
-    ends.filter(|&(&t, _)| is_new(t)).map(|(&t, points)| (t, points[points.len() - 1])).unzip()
+    let ends = cut.breaks().as_slice()[1..].iter().zip(cut.locals());
+    ends.filter(|&(&t, _)| is_new(t)).map(|(&t, piece)| (t, piece.last())).unzip()
 }
 
 /// Cuts each segment at the parameters inside it, from left to right; all are inside the domain.
@@ -122,7 +124,7 @@ fn cut_at<const D: usize>(composite: &Composite<D>, values: &[f64]) -> Result<Ve
     at_most("cuts", values.len(), most, "Cut the curve in parts")?;
     let mut pieces = Vec::with_capacity(values.len() + composite.breaks().segments());
     let mut pace = Pace::default();
-    for (segment, points) in composite.segments().enumerate() {
+    for (segment, Segment { points, .. }) in composite.locals().enumerate() {
         pace.step()?;
         let (mut start, end) = composite.breaks().interval(segment);
         let mut rest = points.to_vec();
@@ -144,7 +146,7 @@ fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<
     let pieces = per_segment.saturating_mul(composite.breaks().segments());
     at_most("pieces", pieces, limits::effective().segments, ADVICE)?;
     let breaks = composite.breaks();
-    let whole = composite.segments().enumerate().map(|(segment, points)| {
+    let whole = composite.locals().enumerate().map(|(segment, Segment { points, .. })| {
         let (start, end) = breaks.interval(segment);
         (start, Piece { segment, end, points: points.to_vec() })
     });

@@ -85,7 +85,8 @@ pub const EXAMPLES: &[Example] = &[
 /// Write a curve as a B-spline
 ///
 /// One B-spline of the degree of the segments; each joint becomes a knot of the lowest multiplicity that its measured continuity
-/// allows. Cost: linear in segments.
+/// allows, judged one by one. A B-spline keeps its inner knots, but for copies that its continuity makes superfluous. Cost: linear
+/// in segments.
 #[utoipa::path(
     post,
     path = "/v1/to-bspline",

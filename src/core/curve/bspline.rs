@@ -2,9 +2,11 @@
 
 use super::composite::Composite;
 use super::{valid_points, within_degrees};
+use crate::core::bezier_form::difference;
 use crate::core::error::{At, Error, Fault};
 use crate::core::knots::{Breaks, KnotVector};
 use crate::core::limits;
+use crate::core::local::localized;
 use crate::core::point::{Point, magnitude};
 use crate::core::work::Pace;
 
@@ -107,15 +109,45 @@ impl<const D: usize> BSpline<D> {
     pub fn composite(&self) -> Result<Composite<D>, Error> {
         let knots = self.knots.as_slice();
         let mut breaks = vec![self.knots.domain().0];
-        let mut points = Vec::with_capacity(self.points.len() * (self.degree() + 1));
+        breaks.extend(self.knots.spans().map(|span| knots[span + 1]));
+        let mut composite = Composite::with_room(Breaks::new(breaks).at("knots")?, self.degree());
         let mut pace = Pace::default();
         for span in self.knots.spans() {
             pace.step()?;
-            breaks.push(knots[span + 1]);
-            let first = points.len();
-            points.extend_from_slice(&self.points[span - self.degree()..=span]);
-            self.insert(span, &mut points[first..]);
+            let (origin, mut points) = localized(&self.points[span - self.degree()..=span]);
+            self.insert(span, &mut points);
+            composite.push(origin, &points);
         }
-        Ok(Composite::from_flat(Breaks::new(breaks).at("knots")?, self.degree(), points))
+        Ok(composite.of_spline(self.clone()))
+    }
+
+    /// How large the `k`-th derivative can be over each span for control points of size 1.
+    pub(super) fn gains(&self, k: usize) -> Vec<f64> {
+        let (degree, knots) = (self.degree(), self.knots.as_slice());
+        let mut gains = vec![1.0; self.points.len()];
+        for order in 1..=k.min(degree) {
+            let gain = |(i, pair): (usize, &[f64])| {
+                let length = knots[i + degree + 1] - knots[i + order];
+                if length > 0.0 { (pair[0] + pair[1]) * (degree + 1 - order) as f64 / length } else { 0.0 }
+            };
+            gains = gains.windows(2).enumerate().map(gain).collect();
+        }
+        let least = k.min(degree);
+        let over = |span: usize| gains[span - degree..=span - least].iter().copied().fold(0.0, f64::max);
+        self.knots.spans().map(|span| if k > degree { 0.0 } else { over(span) }).collect()
+    }
+
+    /// The derivative, one degree lower: differences of the control points, taken before anything
+    /// else (de Boor 1978, A Practical Guide to Splines, X (16)). Its inner knots may be one too
+    /// many for a curve of its own. Of a curve of degree 1 and above.
+    pub(super) fn derivative(&self) -> Self {
+        let (degree, knots) = (self.degree(), self.knots.as_slice());
+        let vector = |(i, pair): (usize, &[Point<D>])| {
+            let length = knots[i + degree + 1] - knots[i + 1];
+            // Nothing depends on a control point whose support is one knot.
+            if length > 0.0 { difference(pair[0], pair[1], degree, length) } else { Point::ZERO }
+        };
+        let points = self.points.windows(2).enumerate().map(vector).collect();
+        BSpline { knots: self.knots.of_derivative(), points, closed: self.closed }
     }
 }

@@ -1,20 +1,57 @@
 //! The common ground of all curves: polynomial segments in Bezier form, end to end.
 
+use super::BSpline;
 use crate::core::bezier_form::{binomials, elevate, hodograph, horner, scaled, unit_of};
 use crate::core::error::{Error, Fault};
+use crate::core::gaps::derivative_size;
 use crate::core::knots::Breaks;
 use crate::core::lanes::{self, LANES, Lanes};
-use crate::core::point::{Point, magnitude};
+use crate::core::local::{localized, origin_of};
+use crate::core::point::{Point, larger};
 use crate::core::work::{self, Pace};
 
 /// Segments of one degree over the intervals between joints. Neighbours need not meet: a B-spline
 /// may jump at a knot of multiplicity `degree + 1`.
+///
+/// Each segment is kept relative to an origin of its own, found before anything was computed from
+/// its control points: so it has the digits of its own size, wherever it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Composite<const D: usize> {
     breaks: Breaks,
     degree: usize,
-    /// `degree + 1` Bezier points for each segment, one segment after the other.
+    /// One for each segment.
+    origins: Vec<Point<D>>,
+    /// `degree + 1` Bezier points for each segment, from its origin, one segment after the other.
     points: Vec<Point<D>>,
+    /// The B-spline whose segments these are: its derivatives are those of its control points, as
+    /// differences within a short span would lose a digit for every one that it is shorter.
+    spline: Option<Box<BSpline<D>>>,
+}
+
+/// One segment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment<'a, const D: usize> {
+    /// What its points are relative to.
+    pub origin: Point<D>,
+    /// Its Bezier points, less the origin.
+    pub points: &'a [Point<D>],
+}
+
+impl<const D: usize> Segment<'_, D> {
+    /// The first point.
+    pub fn first(&self) -> Point<D> {
+        self.origin + self.points[0]
+    }
+
+    /// The last point.
+    pub fn last(&self) -> Point<D> {
+        self.origin + self.points[self.points.len() - 1]
+    }
+
+    /// The Bezier points, each rounded once.
+    pub fn absolute(&self) -> impl Iterator<Item = Point<D>> {
+        self.points.iter().map(|&p| self.origin + p)
+    }
 }
 
 /// A composite made ready to be evaluated many times.
@@ -22,6 +59,7 @@ pub struct Composite<const D: usize> {
 pub struct Evaluator<'a, const D: usize> {
     breaks: &'a Breaks,
     degree: usize,
+    origins: &'a [Point<D>],
     /// Bezier points times binomial coefficients.
     scaled: Vec<Point<D>>,
     /// What to multiply by, so that nothing overflows on the way.
@@ -29,31 +67,66 @@ pub struct Evaluator<'a, const D: usize> {
 }
 
 impl<const D: usize> Composite<D> {
-    /// From the Bezier points of each segment; segments of lower degree are elevated to the highest.
-    /// As many segments as the breaks have intervals, each of at least one point.
+    /// Segments of lower degree are elevated to the highest. As many segments as the breaks have
+    /// intervals, each of at least one point.
     ///
     /// # Errors
     /// [`Fault::Cancelled`].
-    pub fn from_segments<'a>(breaks: Breaks, segments: impl Iterator<Item = &'a [Point<D>]> + Clone) -> Result<Self, Error> {
-        debug_assert_eq!(breaks.segments(), segments.clone().count());
-        let degree = segments.clone().map(<[_]>::len).max().unwrap_or(1) - 1;
-        let mut points = Vec::with_capacity(breaks.segments() * (degree + 1));
+    pub fn from_segments<'a>(breaks: Breaks, segments: impl Iterator<Item = Segment<'a, D>> + Clone) -> Result<Self, Error> {
+        let degree = segments.clone().map(|segment| segment.points.len()).max().unwrap_or(1) - 1;
+        let mut composite = Composite::with_room(breaks, degree);
         let mut pace = Pace::default();
-        for segment in segments {
+        for Segment { origin, points } in segments {
             pace.step()?;
-            if segment.len() == degree + 1 {
-                points.extend_from_slice(segment);
-            } else {
-                points.extend(elevate(segment, degree));
-            }
+            composite.push(origin, points);
         }
-        Ok(Composite { breaks, degree, points })
+        Ok(composite)
     }
 
     /// From the Bezier points of all segments, one after the other.
-    pub(crate) fn from_flat(breaks: Breaks, degree: usize, points: Vec<Point<D>>) -> Self {
+    pub(crate) fn from_flat(breaks: Breaks, degree: usize, mut points: Vec<Point<D>>) -> Self {
         debug_assert_eq!(breaks.segments() * (degree + 1), points.len());
-        Composite { breaks, degree, points }
+        let mut origins = Vec::with_capacity(breaks.segments());
+        for segment in points.chunks_exact_mut(degree + 1) {
+            let origin = origin_of(segment);
+            segment.iter_mut().for_each(|p| *p = *p - origin);
+            origins.push(origin);
+        }
+        Composite { breaks, degree, origins, points, spline: None }
+    }
+
+    /// Room for the segments, which are still to be pushed.
+    pub(super) fn with_room(breaks: Breaks, degree: usize) -> Self {
+        let origins = Vec::with_capacity(breaks.segments());
+        let points = Vec::with_capacity(breaks.segments() * (degree + 1));
+        Composite { breaks, degree, origins, points, spline: None }
+    }
+
+    /// The next segment: at most `degree + 1` Bezier points from an origin.
+    pub(super) fn push(&mut self, origin: Point<D>, points: &[Point<D>]) {
+        self.origins.push(origin);
+        if points.len() == self.degree + 1 {
+            self.points.extend_from_slice(points);
+        } else {
+            self.points.extend(elevate(points, self.degree));
+        }
+    }
+
+    /// The same, with points that were not computed: they are Bezier points as they are.
+    pub(super) fn push_absolute(&mut self, points: &[Point<D>]) {
+        if points.len() == self.degree + 1 {
+            let origin = origin_of(points);
+            self.origins.push(origin);
+            self.points.extend(points.iter().map(|&p| p - origin));
+        } else {
+            let (origin, points) = localized(points);
+            self.push(origin, &points);
+        }
+    }
+
+    /// The segments are those of a B-spline.
+    pub(super) fn of_spline(self, spline: BSpline<D>) -> Self {
+        Composite { spline: Some(Box::new(spline)), ..self }
     }
 
     /// Curves one after the other, each over an interval as long as its own domain; the first starts at 0.
@@ -67,7 +140,7 @@ impl<const D: usize> Composite<D> {
             let own = curve.breaks.as_slice();
             knots.extend(own[1..].iter().map(|t| start + (t - own[0])));
         }
-        Self::from_segments(Breaks::new(knots)?, curves.iter().flat_map(Composite::segments))
+        Self::from_segments(Breaks::new(knots)?, curves.iter().flat_map(Composite::locals))
     }
 
     /// The joints.
@@ -80,19 +153,48 @@ impl<const D: usize> Composite<D> {
         self.degree
     }
 
-    /// The Bezier points of one segment.
-    pub fn segment(&self, index: usize) -> &[Point<D>] {
-        &self.points[index * (self.degree + 1)..(index + 1) * (self.degree + 1)]
+    /// One segment, from its origin.
+    pub fn local(&self, index: usize) -> Segment<'_, D> {
+        Segment { origin: self.origins[index], points: &self.points[index * (self.degree + 1)..(index + 1) * (self.degree + 1)] }
+    }
+
+    /// Every segment, from its origin, in order.
+    pub fn locals(&self) -> impl DoubleEndedIterator<Item = Segment<'_, D>> + ExactSizeIterator + Clone {
+        let points = self.points.chunks_exact(self.degree + 1);
+        self.origins.iter().zip(points).map(|(&origin, points)| Segment { origin, points })
+    }
+
+    /// The Bezier points of one segment, each rounded once.
+    pub fn segment(&self, index: usize) -> Vec<Point<D>> {
+        self.local(index).absolute().collect()
     }
 
     /// The Bezier points of every segment, in order.
-    pub fn segments(&self) -> impl DoubleEndedIterator<Item = &[Point<D>]> + ExactSizeIterator + Clone {
-        self.points.chunks_exact(self.degree + 1)
+    pub fn segments(&self) -> impl DoubleEndedIterator<Item = Vec<Point<D>>> + ExactSizeIterator + Clone {
+        self.locals().map(|segment| segment.absolute().collect())
     }
 
     /// The largest absolute coordinate of a Bezier point: the unit of rounding errors.
     pub fn magnitude(&self) -> f64 {
-        magnitude(&self.points)
+        self.locals().flat_map(|segment| segment.points.iter().map(move |&p| segment.origin + p)).fold(0.0, |m, p| larger(m, p.max_abs()))
+    }
+
+    /// Whether its derivatives are those of a B-spline, not differences within a segment.
+    pub(crate) fn is_spline(&self) -> bool {
+        self.spline.is_some()
+    }
+
+    /// How large the `k`-th derivative of each segment can be for control points of size 1; rounding errors of
+    /// derivatives are measured in it. `d! / (d - k)! (2 / length)^k`; less where a B-spline has a short span.
+    pub(crate) fn gains(&self, k: usize) -> Vec<f64> {
+        if let Some(spline) = &self.spline {
+            return spline.gains(k);
+        }
+        let gain = |i| {
+            let (a, b) = self.breaks.interval(i);
+            derivative_size(1.0, self.degree, k, b - a)
+        };
+        (0..self.breaks.segments()).map(gain).collect()
     }
 
     /// The derivative with respect to the curve's own parameter.
@@ -100,14 +202,17 @@ impl<const D: usize> Composite<D> {
     /// # Errors
     /// [`Fault::Cancelled`].
     pub fn derivative(&self) -> Result<Self, Error> {
+        if let (Some(spline), 1..) = (&self.spline, self.degree) {
+            return spline.derivative().composite();
+        }
         let mut points = Vec::with_capacity(self.points.len());
         let mut pace = Pace::default();
-        for (i, segment) in self.segments().enumerate() {
+        for (i, segment) in self.locals().enumerate() {
             pace.step()?;
             let (a, b) = self.breaks.interval(i);
-            points.extend(hodograph(segment, b - a));
+            points.extend(hodograph(segment.points, b - a));
         }
-        Ok(Composite { breaks: self.breaks.clone(), degree: self.degree.saturating_sub(1), points })
+        Ok(Composite::from_flat(self.breaks.clone(), self.degree.saturating_sub(1), points))
     }
 
     /// Refuses a curve that jumps: the segments of a piecewise curve share their joints.
@@ -116,7 +221,7 @@ impl<const D: usize> Composite<D> {
     /// [`Fault::UnsuitableCurve`] with the first joint at which neighbours do not meet.
     pub(crate) fn check_joined(&self) -> Result<(), Fault> {
         let allowed = 64.0 * f64::EPSILON * self.magnitude();
-        let gap = |i: &usize| self.segment(i - 1)[self.degree].distance(self.segment(*i)[0]);
+        let gap = |i: &usize| self.local(i - 1).last().distance(self.local(*i).first());
         let Some(i) = (1..self.breaks.segments()).find(|i| gap(i) > allowed) else { return Ok(()) };
         let t = self.breaks.as_slice()[i];
         Err(Fault::UnsuitableCurve(format!("the curve jumps at the knot {t:?} (multiplicity degree + 1), but segments share their joints")))
@@ -124,8 +229,8 @@ impl<const D: usize> Composite<D> {
 
     /// Whether a curve declared closed ends where it starts to within rounding. A B-spline may miss that by more.
     pub(crate) fn closes(&self, declared: bool) -> bool {
-        let last = self.segment(self.breaks.segments() - 1);
-        declared && last[self.degree].distance(self.segment(0)[0]) <= 64.0 * f64::EPSILON * self.magnitude()
+        let last = self.local(self.breaks.segments() - 1);
+        declared && last.last().distance(self.local(0).first()) <= 64.0 * f64::EPSILON * self.magnitude()
     }
 
     /// Ready to be evaluated many times.
@@ -137,11 +242,11 @@ impl<const D: usize> Composite<D> {
         let binomials = binomials(self.degree);
         let mut points = Vec::with_capacity(self.points.len());
         let mut pace = Pace::default();
-        for segment in self.segments() {
+        for segment in self.locals() {
             pace.step()?;
-            points.extend(scaled(segment, binomials, unit));
+            points.extend(scaled(segment.points, binomials, unit));
         }
-        Ok(Evaluator { breaks: &self.breaks, degree: self.degree, scaled: points, unit })
+        Ok(Evaluator { breaks: &self.breaks, degree: self.degree, origins: &self.origins, scaled: points, unit })
     }
 }
 
@@ -156,7 +261,7 @@ impl<const D: usize> Evaluator<'_, D> {
 
     /// The point of one segment at its own parameter `u`, with `v = 1 - u`.
     pub fn within(&self, segment: usize, u: f64, v: f64) -> Point<D> {
-        horner(self.scaled(segment), u, v) * self.unit
+        horner(self.scaled(segment), u, v) * self.unit + self.origins[segment]
     }
 
     /// The points at parameters of the domain in any order, each as [`Evaluator::at`] gives it. O(degree) for one in the same
@@ -187,7 +292,8 @@ impl<const D: usize> Evaluator<'_, D> {
             return points.extend(local.map(|(u, v)| self.within(segment, u, v)));
         }
         let lanes = lanes.get_or_insert_with(Lanes::new);
-        lanes::extend(points, lanes, self.scaled(segment), self.unit, self.breaks.interval(segment), parameters);
+        let place = lanes::Place { origin: self.origins[segment], unit: self.unit, interval: self.breaks.interval(segment) };
+        lanes::extend(points, lanes, self.scaled(segment), place, parameters);
     }
 
     fn scaled(&self, segment: usize) -> &[Point<D>] {
@@ -198,10 +304,12 @@ impl<const D: usize> Evaluator<'_, D> {
 /// Fewer parameters are faster one at a time.
 const FEW: usize = 16;
 
-/// The composite of one segment over `[0, length]`.
-pub(crate) fn single_segment<const D: usize>(length: f64, bezier: Vec<Point<D>>) -> Result<Composite<D>, Error> {
+/// The composite of one segment over `[0, length]`, its Bezier points from an origin.
+pub(crate) fn single_segment<const D: usize>(length: f64, origin: Point<D>, bezier: Vec<Point<D>>) -> Result<Composite<D>, Error> {
     let degree = bezier.len() - 1;
-    Ok(Composite::from_flat(Breaks::new(vec![0.0, length])?, degree, bezier))
+    let mut composite = Composite::with_room(Breaks::new(vec![0.0, length])?, degree);
+    composite.push(origin, &bezier);
+    Ok(composite)
 }
 
 #[cfg(test)]
@@ -239,7 +347,7 @@ mod tests {
                         assert_eq!(p.0.map(f64::to_bits), evaluator.at(t).0.map(f64::to_bits), "degree {degree} at {t}");
                         let segment = curve.breaks().segment_at(t);
                         let (u, _) = curve.breaks().local(segment, t);
-                        let expected = blossom(curve.segment(segment), vec![u; degree]);
+                        let expected = blossom(&curve.segment(segment), vec![u; degree]);
                         assert!(p.distance(expected) <= 1e-15 * (degree + 1) as f64 * size, "degree {degree} at {t}");
                     }
                 }

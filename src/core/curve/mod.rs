@@ -6,7 +6,7 @@ mod piecewise;
 mod single;
 
 pub use bspline::BSpline;
-pub use composite::{Composite, Evaluator};
+pub use composite::{Composite, Evaluator, Segment};
 pub use piecewise::{Bases, Piecewise};
 pub use single::Single;
 

@@ -7,6 +7,7 @@ use crate::core::bezier_form::elevate;
 use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::knots::Breaks;
 use crate::core::limits;
+use crate::core::local::localized;
 use crate::core::point::Point;
 use crate::core::work::{self, Pace};
 
@@ -151,18 +152,18 @@ impl<const D: usize> Piecewise<D> {
         let ways = bases.map(|i, basis| basis.way_back(order).at(i).at("bases"))?;
         let condition = ways.iter().map(|way| way.condition).fold(1.0, f64::max);
         let mut points = Vec::with_capacity(composite.breaks().segments() * order + 1);
-        points.push(composite.segment(0)[0]);
+        points.push(composite.local(0).first());
         let mut pace = Pace::default();
-        for (i, segment) in composite.segments().enumerate() {
+        for (i, segment) in composite.locals().enumerate() {
             pace.step()?;
-            let way = ways.of(i);
-            if way.is_identity() && segment.len() > order {
-                points.extend_from_slice(&segment[1..order]);
+            let (way, from_origin) = (ways.of(i), |&p: &Point<D>| segment.origin + p);
+            if way.is_identity() && segment.points.len() > order {
+                points.extend(segment.points[1..order].iter().map(from_origin));
             } else {
-                points.extend_from_slice(&way.control_points(&elevate(segment, order))[1..order]);
+                points.extend(way.control_points(&elevate(segment.points, order))[1..order].iter().map(from_origin));
             }
             // The bases interpolate end points: take the joint itself, not its rounded image.
-            points.push(segment[segment.len() - 1]);
+            points.push(segment.last());
         }
         if closed {
             let last = points.len() - 1;
@@ -214,16 +215,18 @@ impl<const D: usize> Piecewise<D> {
         let matrices = self.bases.map(|_, basis| Ok((!basis.is_identity()).then(|| basis.shape_matrix(self.order))))?;
         let degree = |matrix: &Option<ShapeMatrix>| matrix.as_ref().map_or(self.order, ShapeMatrix::degree);
         let highest = matrices.iter().map(degree).max().unwrap_or(self.order);
-        let mut points = Vec::with_capacity(self.breaks.segments() * (highest + 1));
+        let mut composite = Composite::with_room(self.breaks.clone(), highest);
         let mut pace = Pace::default();
         for i in 0..self.breaks.segments() {
             pace.step()?;
             match matrices.of(i) {
-                None if self.order == highest => points.extend_from_slice(self.polygon(i)),
-                None => points.extend(elevate(self.polygon(i), highest)),
-                Some(matrix) => points.extend(elevate(&matrix.apply(self.polygon(i)), highest)),
+                None => composite.push_absolute(self.polygon(i)),
+                Some(matrix) => {
+                    let (origin, points) = localized(self.polygon(i));
+                    composite.push(origin, &matrix.apply(&points));
+                }
             }
         }
-        Ok(Composite::from_flat(self.breaks.clone(), highest, points))
+        Ok(composite)
     }
 }

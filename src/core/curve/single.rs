@@ -5,6 +5,7 @@ use super::valid_points;
 use crate::core::basis::Basis;
 use crate::core::error::{At, Error, at_most};
 use crate::core::limits;
+use crate::core::local::localized;
 use crate::core::point::Point;
 use crate::core::work;
 
@@ -46,7 +47,14 @@ impl<const D: usize> Single<D> {
 
     /// The Bezier points of the same curve.
     pub fn bezier_points(&self) -> Vec<Point<D>> {
-        if self.basis.is_identity() { self.points.clone() } else { self.basis.shape_matrix(self.order()).apply(&self.points) }
+        let (origin, points) = self.local_bezier_points();
+        points.into_iter().map(|p| origin + p).collect()
+    }
+
+    /// The same from an origin.
+    fn local_bezier_points(&self) -> (Point<D>, Vec<Point<D>>) {
+        let (origin, points) = localized(&self.points);
+        (origin, if self.basis.is_identity() { points } else { self.basis.shape_matrix(self.order()).apply(&points) })
     }
 
     /// The curve as a composite of one segment.
@@ -55,7 +63,8 @@ impl<const D: usize> Single<D> {
     /// None that a valid curve can cause, as the domain `[0, alpha]` has positive length; [`Fault::Cancelled`](crate::core::error::Fault).
     pub fn composite(&self) -> Result<Composite<D>, Error> {
         work::checkpoint()?;
-        single_segment(self.basis.length(), self.bezier_points())
+        let (origin, bezier) = self.local_bezier_points();
+        single_segment(self.basis.length(), origin, bezier)
     }
 
     /// The parts.

@@ -72,7 +72,7 @@ impl<'a, const D: usize> Sections<'a, D> {
             let (a, b) = breaks.interval(k);
             let (from, _) = breaks.local(k, self.parameters[i].max(a));
             let (to, _) = breaks.local(k, self.parameters[i + 1].min(b));
-            self.chords[i].farthest(part(self.curve.segment(k), from, to), known, f64::INFINITY, pace)
+            self.chords[i].farthest(part(&self.curve.segment(k), from, to), known, f64::INFINITY, pace)
         })
     }
 

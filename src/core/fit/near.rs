@@ -106,7 +106,7 @@ fn is_beyond<const D: usize>(
     let breaks = curve.breaks();
     let farthest = segments.try_fold(allowed, |known, k| {
         let (a, b) = breaks.interval(k);
-        let bezier = part(curve.segment(k), breaks.local(k, from.max(a)).0, breaks.local(k, to.min(b)).0);
+        let bezier = part(&curve.segment(k), breaks.local(k, from.max(a)).0, breaks.local(k, to.min(b)).0);
         chord.farthest(bezier, known, allowed, pace)
     })?;
     Ok(!(farthest <= allowed))

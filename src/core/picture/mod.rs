@@ -132,12 +132,12 @@ fn space_box(picture: &Picture) -> Result<Option<Box3>, Error> {
     let mut space = Box3::EMPTY;
     if let Curves::Space(curves) = &picture.curves {
         for curve in curves {
-            space.add(curve.composite()?.segments().flatten());
+            curve.composite()?.locals().for_each(|segment| space.add(segment.absolute()));
         }
     }
     for surface in &picture.surfaces {
         work::checkpoint()?;
-        space.add(surface.patch().rows().flatten());
+        space.add(surface.patch().rows().flatten().copied());
     }
     Ok((!space.is_empty()).then_some(space))
 }

@@ -25,7 +25,7 @@ impl Sketch {
     pub fn of<const D: usize>(curve: &Curve<D>, view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Self, Error> {
         let composite = curve.composite()?;
         Ok(Sketch {
-            segments: work::collect(composite.segments().map(|segment| segment.iter().copied().map(view).collect()))?,
+            segments: work::collect(composite.locals().map(|segment| segment.absolute().map(view).collect()))?,
             polygon: curve.control_points().iter().copied().map(view).collect(),
             teeth: if comb { teeth(&composite, view)? } else { Vec::new() },
         })

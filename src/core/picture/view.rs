@@ -37,7 +37,7 @@ impl Box3 {
     pub const EMPTY: Self = Box3 { low: Point([f64::INFINITY; 3]), high: Point([f64::NEG_INFINITY; 3]) };
 
     /// Grows to hold the points.
-    pub fn add<'a>(&mut self, points: impl IntoIterator<Item = &'a Point<3>>) {
+    pub fn add(&mut self, points: impl IntoIterator<Item = Point<3>>) {
         for p in points {
             for k in 0..3 {
                 self.low[k] = self.low[k].min(p[k]);
