@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::local::Local;
 use super::problem::Problem;
 use super::spline::Spline;
 use crate::core::error::Error;
@@ -11,6 +12,8 @@ use crate::core::work;
 const BATCHES: usize = 40;
 /// Points in all trials of one joint at a time: about a second's work.
 const WORK: usize = 4_000_000;
+/// What such a trial costs besides, in points.
+const OVERHEAD: usize = 64;
 
 /// Takes out every other joint at most, those first whose third derivative jumps least; puts back those next to which
 /// the spline does not hold, which are then left alone. O(points) per trial.
@@ -107,20 +110,27 @@ fn by_jump<const D: usize>(spline: &Spline<D>) -> Vec<usize> {
 /// every single joint that is left was tried in vain, each by a spline that the points determine.
 pub(super) fn one_by_one<const D: usize>(problem: &Problem<D>, spline: Spline<D>) -> Result<(Spline<D>, bool), Error> {
     let mut best = spline;
-    let mut trials = WORK / problem.ordered.parameters.len();
+    let mut local = Local::new(problem, &best)?;
+    let mut work = WORK;
     loop {
         let joints: Vec<f64> = by_jump(&best).into_iter().map(|k| best.breaks()[k]).collect();
         let before = best.segments();
         let mut minimal = true;
         for joint in joints {
-            if trials == 0 {
-                return Ok((best, false));
+            let k = best.breaks().partition_point(|&knot| knot < joint);
+            let Some(rest) = work.checked_sub(local.points_near(k) + OVERHEAD) else { return Ok((best, false)) };
+            work = rest;
+            if local.misses(k)? {
+                continue;
             }
-            trials -= 1;
-            work::checkpoint()?;
-            let fewer: Vec<f64> = best.breaks().iter().copied().filter(|&knot| knot != joint).collect();
+            let mut fewer = best.breaks().to_vec();
+            fewer.remove(k);
+            work = work.saturating_sub(problem.ordered.parameters.len());
             match problem.spline(&fewer)? {
-                Some(trial) if problem.holds(&trial)? => best = trial,
+                Some(trial) if problem.holds(&trial)? => {
+                    best = trial;
+                    local = Local::new(problem, &best)?;
+                }
                 trial => minimal &= trial.is_some(),
             }
         }

@@ -11,13 +11,17 @@ const ROUNDS: usize = 16;
 /// Rounds in a row that hold no tolerance with a number of segments, before it is given up.
 const VAIN: usize = 3;
 /// Points in all trials of equal spacing with each number of segments in turn.
-const SCAN: usize = 20_000;
+const SCAN: usize = 8_000;
 
-/// From a spline that holds to one with fewer segments, and whether every single joint of that was tried in vain.
+/// A spline with as few segments as were found, and whether every single joint of it was tried in vain. It starts from one
+/// that holds; if that has more than one segment, one was not enough.
 ///
 /// Joints are taken out; others are spread evenly, by length and by places, and moved to where the error asks for them;
 /// then single joints of the best are taken out.
 pub(super) fn fewest<const D: usize>(problem: &Problem<D>, start: Spline<D>) -> Result<(Spline<D>, bool), Error> {
+    if start.segments() == 1 {
+        return Ok((start, true));
+    }
     let (mut best, mut minimal) = coarsen::one_by_one(problem, coarsen::in_batches(problem, start)?)?;
     let equal = Spacing::equal(&problem.ordered);
     let mut other = None;
@@ -42,7 +46,11 @@ fn is_better<const D: usize>(spline: &Spline<D>, other: &Spline<D>) -> bool {
 
 /// A better spline with joints spread by a rule: their number is doubled until the spline holds, then bisected.
 fn spread<const D: usize>(problem: &Problem<D>, spacing: &Spacing, best: &Spline<D>) -> Result<Option<Spline<D>>, Error> {
-    let (mut few, mut many) = (0, 1);
+    if best.segments() == 1 {
+        return Ok(None);
+    }
+    // One segment was tried first of all.
+    let (mut few, mut many) = (1, 2);
     let mut found = loop {
         if let Some(spline) = problem.held(&spacing.breaks(many))? {
             break spline;
@@ -68,7 +76,7 @@ fn moved<const D: usize>(problem: &Problem<D>, start: &Spline<D>) -> Result<Opti
     let (mut best, mut least) = (None, start.segments());
     let mut wanted = least - 1;
     for _ in 0..ROUNDS {
-        if wanted == 0 {
+        if wanted < 2 {
             break;
         }
         let Some(trial) = problem.spline(&spacing.breaks(wanted))? else { break };
@@ -90,10 +98,11 @@ fn moved<const D: usize>(problem: &Problem<D>, start: &Spline<D>) -> Result<Opti
     Ok(best)
 }
 
-/// With joints at equal distances and fewer segments than these, the most first, as far as the bounded work goes.
+/// With joints at equal distances and fewer segments than these, where bisection may have missed it, as far as the bounded
+/// work goes.
 fn scan<const D: usize>(problem: &Problem<D>, equal: &Spacing, below: usize) -> Result<Option<Spline<D>>, Error> {
     let trials = SCAN / problem.ordered.parameters.len();
-    for segments in below.saturating_sub(trials).max(1)..below {
+    for segments in below.saturating_sub(trials).max(2)..below {
         if let Some(spline) = problem.held(&equal.breaks(segments))? {
             return Ok(Some(spline));
         }

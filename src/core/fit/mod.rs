@@ -14,6 +14,7 @@ mod control_points;
 mod correction;
 mod data;
 mod fewest;
+mod local;
 mod measure;
 mod near;
 mod ordered;
@@ -132,8 +133,8 @@ pub struct Fit<const D: usize> {
     pub converged: bool,
     /// Whether the shape parameter sought ended on a bound of its range.
     pub at_bound: bool,
-    /// For [`Solve::Tolerance`]: whether leaving out every single joint was tried in vain; false where
-    /// the bounded work ran out first, with many points times many joints.
+    /// For [`Solve::Tolerance`]: whether leaving out every single joint was tried in vain; false where the bounded work ran
+    /// out first, or where the points do not determine a spline without one of them.
     pub locally_minimal: Option<bool>,
 }
 
@@ -172,9 +173,13 @@ trait Solver<const D: usize> {
 /// - [`Solve::Both`]: those two steps in turn, none of which raises the error: a local minimum.
 ///   Families with `degree = order` are refused: each spans all polynomials of its degree whatever
 ///   its shape parameters, so the data cannot tell them.
-/// - [`Solve::Tolerance`]: segments are split at data parameters until the least-squares spline holds
-///   the tolerance, then joints are taken out while it still does. `locally_minimal` says whether
-///   taking out every single remaining joint was tried in vain; work on that is bounded.
+/// - [`Solve::Tolerance`]: segments are split at data parameters until the least-squares spline holds, then joints are
+///   taken out while it still does; joints spread evenly, by length and by points, and moved to where the error asks for
+///   them are tried as well, and the fewest segments taken. To hold is to be within the tolerance of every point and to stay
+///   near the points in between: no stretch further from its chord than twice the tolerance and twice what interpolation
+///   needs there or beside it, than half the longest chord there, or than half the diagonal of the points' box. Where even
+///   interpolation strays, short derivatives and two more joints keep a stretch near. `locally_minimal` says
+///   whether taking out every single remaining joint was tried in vain; work on that is bounded.
 ///
 /// With `parameter_correction` the parameters move to the feet of the points on the curve and the
 /// problem is solved again, while that lowers the rms distance, up to [`CORRECTION_ROUNDS`] rounds

@@ -95,13 +95,14 @@ impl<const D: usize> Spline<D> {
     }
 }
 
-fn clamped_knots(breaks: &[f64]) -> Vec<f64> {
+/// The knots of a spline with simple joints and coefficients that are its end points.
+pub(super) fn clamped_knots(breaks: &[f64]) -> Vec<f64> {
     let end = |t: f64| std::iter::repeat_n(t, DEGREE);
     end(breaks[0]).chain(breaks.iter().copied()).chain(end(breaks[breaks.len() - 1])).collect()
 }
 
 /// For each parameter the segment it is in, which is its first B-spline, and the values of the four there.
-fn rows(parameters: &[f64], breaks: &[f64], knots: &[f64]) -> Vec<(usize, [f64; 4])> {
+pub(super) fn rows(parameters: &[f64], breaks: &[f64], knots: &[f64]) -> Vec<(usize, [f64; 4])> {
     let last = breaks.len() - 2;
     let mut segment = 0;
     let row = |&t: &f64| {
@@ -115,7 +116,7 @@ fn rows(parameters: &[f64], breaks: &[f64], knots: &[f64]) -> Vec<(usize, [f64; 
 
 /// The four cubic B-splines that do not vanish on `[knots[3], knots[4])`, by the recurrence of Cox and de Boor
 /// (The NURBS Book, algorithm A2.2); sums of non-negative numbers only.
-fn basis_values(knots: &[f64], t: f64) -> [f64; 4] {
+pub(super) fn basis_values(knots: &[f64], t: f64) -> [f64; 4] {
     let mut values = [1.0, 0.0, 0.0, 0.0];
     for degree in 1..=DEGREE {
         let mut carried = 0.0;
