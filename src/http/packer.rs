@@ -20,13 +20,13 @@ use crate::core::work;
 
 /// Shorter texts are sent as they are: they fit into the packet of their head.
 pub const WORTH_IT: u64 = 1_024;
-/// What an encoder holds: zstd with the window below takes 0.9 MiB, gzip a third.
-const MEMORY: usize = 1 << 20;
+/// What an encoder holds: zstd with the window below takes some 500 KiB, gzip less.
+const MEMORY: usize = 640 << 10;
 /// Numbers repeat little, so most of the gain is in writing their digits in fewer bits, which zstd would leave out at this level if it
-/// were not told. For answers full of numbers this takes 0.75 times the time of level 1 and is 4 % smaller.
-const ZSTD_LEVEL: i32 = -3;
-/// Repetitions are looked for in the last 128 KiB.
-const ZSTD_WINDOW: u32 = 17;
+/// were not told. For 10,000 samples this takes half the time of level 1; the text is 6 % longer.
+const ZSTD_LEVEL: i32 = -7;
+/// Repetitions are looked for in the last 64 KiB: more would make no answer smaller, but the encoder larger.
+const ZSTD_WINDOW: u32 = 16;
 /// The least that writes digits in fewer bits.
 const GZIP_LEVEL: u32 = 2;
 
