@@ -131,13 +131,14 @@ fn fitting(points: Vec<P>, ends: Ends, parameter_correction: bool, solve: Solve<
 }
 
 fn picture(curves: Vec<Curve<3>>, surfaces: Vec<Surface>) -> Run {
-    let marks = |count| (0..count).map(|i| Mark { label: None, color: i % 8 }).collect();
+    let marks = |count| (0..count).map(|i| Mark { label: None, color: i % 8, dashes: i }).collect();
     let picture = Picture {
         curve_marks: marks(curves.len()),
         surface_marks: marks(surfaces.len()),
         curves: Curves::Space(curves),
         surfaces,
         show: Show { polygon: true, joints: true, comb: true, axes: true, legend: true },
+        comb_scale: None,
         size: [4_000, 4_000],
         title: "All".into(),
     };

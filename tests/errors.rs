@@ -92,9 +92,7 @@ fn points() -> Value {
 #[test]
 fn unknown_paths_are_problems_too() {
     let bench = Bench::new();
-    for path in
-        ["/", "/nothing", "/v1", "/v1/", "/v1/evaluate/", "/v1/Evaluate", "/v2/evaluate", "/livez/x", "//", "/docs/nothing.js", "/%00"]
-    {
+    for path in ["/nothing", "/v1", "/v1/", "/v1/evaluate/", "/v1/Evaluate", "/v2/evaluate", "/livez/x", "//", "/docs/nothing.js", "/%00"] {
         bench.check(&bench.server.get(path), 404, "not_found", path);
         assert!(bench.server.get(path).json()["detail"].as_str().unwrap().contains("/docs"), "{path}");
     }
@@ -111,7 +109,7 @@ fn other_methods_are_refused_with_those_allowed() {
             assert_eq!(answer.header("allow"), "POST");
         }
     }
-    for path in ["/livez", "/readyz", "/openapi.json"] {
+    for path in ["/", "/favicon.svg", "/livez", "/readyz", "/openapi.json"] {
         let answer = bench.server.post(path, "{}");
         bench.check(&answer, 405, "method_not_allowed", path);
         assert!(answer.header("allow").contains("GET"), "{path}");

@@ -346,3 +346,77 @@ fn what_cannot_be_drawn_is_refused_at_its_place() {
         assert!(refused(&body).starts_with(&format!("{place}: ")), "{place}: {}", refused(&body));
     }
 }
+
+/// The texts of a group.
+fn words<'a>(svg: &'a str, class: &str) -> Vec<&'a str> {
+    let tail = svg.split_once(&format!("<g class=\"{class}\"")).map_or("", |(_, tail)| tail);
+    let group = tail.split("</g>").next().unwrap();
+    group.split("stroke=\"none\">").skip(1).map(|part| part.split('<').next().unwrap()).collect()
+}
+
+#[test]
+fn axes_tell_nearly_equal_coordinates_apart() {
+    let svg = draw(&curve("[[1000000, 0], [1000000.00001, 0.00003], [1000000.00004, 0]]", r#", "show": ["axes"]"#));
+    let words = words(&svg, "axes");
+    assert!(words.contains(&"x - 1000000"), "{words:?}");
+    let along_x: Vec<&&str> = words.iter().skip(1).take_while(|word| !word.starts_with('y')).collect();
+    let distinct: std::collections::BTreeSet<_> = along_x.iter().collect();
+    assert!(along_x.len() > 4 && along_x.len() - distinct.len() <= 4, "{words:?}");
+    assert!(words.iter().all(|word| !word.contains("e6")), "{words:?}");
+}
+
+#[test]
+fn more_than_eight_curves_are_told_apart() {
+    let one = r#"{"curve": {"family": "bezier", "control_points": [[0, 0], [1, 1]]}, "label": "a"}"#;
+    let svg = draw(&format!(r#"{{"curves": [{}]}}"#, vec![one; 64].join(", ")));
+    for class in ["curves", "legend"] {
+        let looks: std::collections::BTreeSet<(String, String)> = elements(&svg)
+            .into_iter()
+            .filter(|(tag, attributes)| tag == "path" && attributes.iter().any(|(key, _)| key == "stroke-width") == (class == "legend"))
+            .map(|(_, attributes)| {
+                let of = |name: &str| attributes.iter().find(|(key, _)| key == name).map_or(String::new(), |(_, value)| value.clone());
+                (of("stroke"), of("stroke-dasharray"))
+            })
+            .collect();
+        assert_eq!(looks.len(), 64, "{class}");
+    }
+}
+
+#[test]
+fn a_comb_has_the_scale_asked_for_and_a_near_cusp_leaves_the_rest_to_see() {
+    // The arc of radius about 5 through (0, 0) and (10, 0): the lines are 5 units / 5 = 1 unit long at scale 5.
+    let points = "[[0, 0], [5, 2], [10, 0]]";
+    let lines = |scale: &str| {
+        let svg = draw(&curve(points, &format!(r#", "show": ["comb"]{scale}"#)));
+        let unit = {
+            let ends = numbers(paths(&svg, "curves")[0]);
+            (ends[4] - ends[0]) / 10.0
+        };
+        let teeth = numbers(paths(&svg, "comb")[0]);
+        teeth.chunks(4).map(|line| (line[2] - line[0]).hypot(line[3] - line[1]) / unit).fold(0.0, f64::max)
+    };
+    // The parabola's curvature is greatest in the middle: |x' y''| / |x'|^3 = 8 / 100.
+    for scale in [1.0, 20.0, 100.0] {
+        assert!((lines(&format!(r#", "comb_scale": {scale}"#)) - 0.08 * scale).abs() < 0.01 * scale.max(2.0) * 0.08, "{scale}");
+    }
+    let svg = draw(&curve("[[0, 0], [4, 3], [0.001, 3], [4, 0]]", r#", "show": ["comb"]"#));
+    let long = numbers(paths(&svg, "comb")[0]).chunks(4).filter(|line| (line[2] - line[0]).hypot(line[3] - line[1]) > 5.0).count();
+    assert!(long > 4, "{long} lines of the comb can be seen");
+    for (rest, place) in [(r#", "comb_scale": 1"#, "/comb_scale"), (r#", "show": ["comb"], "comb_scale": 0"#, "/comb_scale")] {
+        assert!(refused(&curve(points, rest)).starts_with(place), "{}", refused(&curve(points, rest)));
+    }
+}
+
+/// A dome with its net above and below: lines of the net behind it are drawn before faces that cover them.
+#[test]
+fn a_surface_covers_what_of_its_net_is_behind_it() {
+    let svg = draw(&request("li-07"));
+    let group = svg.split("<g class=\"surface\"").nth(1).unwrap().split("</g>").next().unwrap();
+    let is_wire = |line: &&str| line.contains("stroke-width=\"1.2\"");
+    let lines: Vec<&str> = group.lines().collect();
+    let (first, last) = (lines.iter().position(|line| is_wire(&line)).unwrap(), lines.iter().rposition(|line| is_wire(&line)).unwrap());
+    let faces = |part: &[&str]| part.iter().filter(|line| line.contains(" Z\"")).count();
+    assert!(faces(&lines[first..]) > 100 && faces(&lines[..last]) > 100, "{first} {last}");
+    assert!(svg.contains("<g class=\"polygon\" fill=\"none\" stroke=\"#7b828d\" stroke-width=\"1.2\" stroke-dasharray=\"3 4\""));
+    assert!(!draw(&request("li-07").replace("\"polygon\"", "\"legend\"")).contains("stroke-width=\"1.2\""));
+}

@@ -91,6 +91,8 @@ fn what_is_wrong_is_refused_by_name() {
     refused(clean().args(["--tls-cert", "x.pem"]), &["tls-key"]);
     refused(clean().args(["--tls-cert", "x.pem", "--tls-key", "y.pem"]), &["tls-cert", "x.pem"]);
     refused(clean().args(["--cors-origins", "example.com"]), &["cors-origins", "example.com"]);
+    refused(clean().args(["--cors-origins", "https://example.com/app"]), &["cors-origins", "write https://example.com, without"]);
+    refused(clean().args(["--cors-origins", "https://*.example.com"]), &["cors-origins", "https://*.example.com"]);
     refused(clean().args(["--cors-origins", "*,https://a.example"]), &["cors-origins", "*"]);
     refused(clean().args(["--api-keys", "a b"]), &["API key"]);
     refused(clean().args(["--api-keys-file", "/no/such/file"]), &["/no/such/file"]);

@@ -66,7 +66,9 @@ struct Batch {
     operation_id = "batch",
     tag = "Many",
     request_body(content = String, content_type = "application/x-ndjson", description = "Lines of JSON, each an operation.",
-        example = r#"{"id": "a", "op": "evaluate", "body": {"curve": {"family": "bezier", "control_points": [[0, 0], [1, 2], [3, 0]]}, "sampling": {"kind": "count", "count": 3}}}"#),
+        example = r#"{"id": "a", "op": "evaluate", "body": {"curve": {"family": "bezier", "control_points": [[0, 0], [1, 2], [3, 0]]}, "sampling": {"kind": "count", "count": 3}}}
+{"id": "b", "op": "basis", "body": {"basis": {"family": "alpha-beta-bezier", "alpha": 0.5, "beta": 2}, "order": 3, "count": 3}}
+"#),
     responses((status = 200, description = "Lines of JSON, each an answer or a problem.", body = String, content_type = "application/x-ndjson"), Problems)
 )]
 pub async fn post(State(service): State<Arc<Service>>, request: Request) -> Response {

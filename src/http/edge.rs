@@ -86,14 +86,14 @@ impl Inside {
             return problem.into_response();
         }
         // The documentation answers an unknown file in plain text; this service answers every error as a problem.
-        let page = request.uri().path().starts_with("/docs").then(|| request.uri().clone());
+        let page = request.uri().path().starts_with("/docs").then(|| (request.headers().clone(), request.uri().clone()));
         let answered = AssertUnwindSafe(self.router.clone().oneshot(request)).catch_unwind().await;
         let Ok(Ok(response)) = answered else {
             self.service.metrics.panics.inc();
             return Problem::internal().into_response();
         };
         match page {
-            Some(uri) if response.status() == StatusCode::NOT_FOUND => super::not_found(uri).await.into_response(),
+            Some((headers, uri)) if response.status() == StatusCode::NOT_FOUND => super::not_found(headers, uri).await,
             _ => response,
         }
     }
@@ -118,13 +118,13 @@ fn add_security_headers(headers: &mut HeaderMap, is_page: bool) {
     let policy = if is_page {
         "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-ancestors 'none'"
     } else {
-        "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
+        "default-src 'none'; img-src 'self'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     };
     headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
     if !is_page {
-        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+        headers.entry(header::CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
     }
 }
 

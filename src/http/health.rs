@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 
 use super::error::Problem;
@@ -57,9 +57,9 @@ pub async fn ready(State(service): State<Arc<Service>>) -> Result<Json<Health>, 
     (status = 401, description = "The service wants an API key.", body = Problem, content_type = "application/problem+json"),
     (status = 404, description = "They have an address of their own.", body = Problem, content_type = "application/problem+json")
 ))]
-pub async fn metrics(State(service): State<Arc<Service>>, uri: axum::http::Uri) -> Response {
+pub async fn metrics(State(service): State<Arc<Service>>, headers: HeaderMap, uri: Uri) -> Response {
     if service.metrics_elsewhere {
-        return super::not_found(uri).await.into_response();
+        return super::not_found(headers, uri).await;
     }
     text(State(service)).await
 }

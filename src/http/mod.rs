@@ -23,6 +23,7 @@ pub mod numbers;
 pub mod observe;
 pub mod operations;
 pub mod packer;
+pub mod page;
 pub mod paper;
 pub mod pool;
 pub mod render;
@@ -41,7 +42,8 @@ pub mod writer;
 use std::sync::Arc;
 
 use axum::Router;
-use axum::http::{HeaderValue, StatusCode, Uri};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri};
+use axum::response::Response;
 use axum::routing::get;
 use utoipa::OpenApi;
 use utoipa::openapi::example::ExampleBuilder;
@@ -134,6 +136,9 @@ fn routes() -> OpenApiRouter<Arc<Service>> {
         .routes(routes!(health::live))
         .routes(routes!(health::ready))
         .routes(routes!(health::metrics))
+        .routes(routes!(page::index))
+        .routes(routes!(page::icon))
+        .routes(routes!(page::icon_ico))
 }
 
 /// The specification, OpenAPI 3.1, with its examples.
@@ -207,6 +212,7 @@ pub fn service(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Edge {
     let router = router
         .with_state(service.clone())
         .merge(SwaggerUi::new("/docs").url(SPECIFICATION, openapi()))
+        .route("/docs/swagger-initializer.js", get(page::initializer))
         .fallback(not_found)
         .method_not_allowed_fallback(method_not_allowed);
     Edge::new(service, cors_origins, paths, router)
@@ -225,12 +231,12 @@ pub fn metrics_router(service: &Arc<Service>) -> Router {
         .with_state(service.clone())
 }
 
-async fn not_found(uri: Uri) -> Problem {
+async fn not_found(headers: HeaderMap, uri: Uri) -> Response {
     let detail = format!("there is nothing at {}; the operations are listed at /docs and in /openapi.json", json::shortened(uri.path()));
-    Problem::new(StatusCode::NOT_FOUND, "not_found", "Not found", detail)
+    page::problem(&headers, Problem::new(StatusCode::NOT_FOUND, "not_found", "Not found", detail))
 }
 
-async fn method_not_allowed(method: axum::http::Method) -> Problem {
+async fn method_not_allowed(headers: HeaderMap, method: axum::http::Method) -> Response {
     let detail = format!("{} is not allowed here; see the Allow header. Operations take POST", json::shortened(method.as_str()));
-    Problem::new(StatusCode::METHOD_NOT_ALLOWED, "method_not_allowed", "Method not allowed", detail)
+    page::problem(&headers, Problem::new(StatusCode::METHOD_NOT_ALLOWED, "method_not_allowed", "Method not allowed", detail))
 }

@@ -6,7 +6,7 @@ use super::Example;
 use super::call::Call;
 use super::error::Problems;
 use super::json::Request;
-use super::wire::{Curve, Dimensioned, Surface, Whole, list, missing, part, whole};
+use super::wire::{Curve, Dimensioned, Surface, Whole, list, missing, number, part, whole};
 use crate::core::error::{At, Error, Fault, at_most, both, every};
 use crate::core::limits;
 use crate::core::picture::{self as core, Curves, Mark, Picture};
@@ -18,7 +18,7 @@ crate::names! {
         Polygon = "polygon",
         /// The joints and ends of segments.
         Joints = "joints",
-        /// The curvature of curves: lines against the normal, all to one scale, the longest a fifth of the picture.
+        /// The curvature of curves: lines against the normal, all to one scale.
         Comb = "comb",
         /// Axes with round numbers.
         Axes = "axes",
@@ -34,7 +34,7 @@ crate::object! {
         required curve: Curve,
         /// Its text in the legend, up to 60 characters.
         optional label: String,
-        /// Its colour in the palette; default its place in the list, after the surfaces, modulo 8.
+        /// Its colour in the palette; default its place in the list, after the surfaces, modulo 8, and from the ninth on dashed.
         optional color: Whole = whole(0, core::COLORS - 1),
     }
 }
@@ -62,6 +62,9 @@ crate::object! {
         optional surfaces: Vec<DrawnSurface> = list::<DrawnSurface>(1, limits::PICTURE_SURFACES),
         /// What else is shown; default only the legend.
         optional show: Vec<Detail>,
+        /// The length of a line of the comb for curvature 1, in the units of the curves: positive, to compare pictures. Default: the longest
+        /// line is a fifth of the picture; where nine lines in ten are less than a fifth as long, those far longer are cut there.
+        optional comb_scale: f64 = number().exclusive_minimum(Some(0.0)),
         /// The width of the picture in pixels; default 800.
         optional width: Whole = whole(limits::PIXELS.0, limits::PIXELS.1),
         /// The height of the picture in pixels; default 500.
@@ -126,8 +129,9 @@ fn picture(request: RenderRequest) -> Result<Picture, Error> {
     let title = request.title.as_deref().map_or(Ok(()), |title| core::check_text(title, limits::TITLE)).at("title");
     let ((((surfaces, surface_marks), curves), (width, height)), ((), ())) = both(both(drawn, size), both(title, given))?;
     let show = show(&request.show.unwrap_or_else(|| vec![Detail::Legend]));
+    let comb_scale = request.comb_scale.map(|scale| comb_scale(scale, show)).transpose()?;
     let title = request.title.unwrap_or_else(|| title_of(surface_marks.iter().chain(&curves.1)));
-    Ok(Picture { curves: curves.0, curve_marks: curves.1, surfaces, surface_marks, show, size: [width, height], title })
+    Ok(Picture { comb_scale, curves: curves.0, curve_marks: curves.1, surfaces, surface_marks, show, size: [width, height], title })
 }
 
 fn pixels(given: Option<Whole>, what: &'static str, default: usize) -> Result<usize, Error> {
@@ -137,6 +141,15 @@ fn pixels(given: Option<Whole>, what: &'static str, default: usize) -> Result<us
         return Ok(value);
     }
     Err(Fault::OutOfRange { what, value: value as f64, allowed: format!("{least} <= {what} <= {most}") }.at(what))
+}
+
+fn comb_scale(scale: f64, show: core::Show) -> Result<f64, Error> {
+    const WHAT: &str = "comb_scale";
+    if !show.comb {
+        let detail = "`comb_scale` is given, but `show` has no \"comb\"; add it, or leave the scale out";
+        return Err(Fault::Contradiction(detail.into()).at(WHAT));
+    }
+    if scale > 0.0 { Ok(scale) } else { Err(Fault::OutOfRange { what: WHAT, value: scale, allowed: "comb_scale > 0".into() }.at(WHAT)) }
 }
 
 fn show(wanted: &[Detail]) -> core::Show {
@@ -158,12 +171,14 @@ fn title_of<'a>(marks: impl Iterator<Item = &'a Mark>) -> String {
 
 fn mark(label: Option<String>, color: Option<Whole>, place: usize) -> Result<Mark, Error> {
     let text = label.as_deref().map_or(Ok(()), |label| core::check_text(label, limits::LABEL)).at("label");
+    // A colour that was chosen is drawn through.
+    let dashes = if color.is_some() { 0 } else { place / core::COLORS };
     let color = color.map_or(place % core::COLORS, |whole| whole.0);
     let allowed = || format!("0 <= color <= {}", core::COLORS - 1);
     let known = color < core::COLORS;
     let palette =
         if known { Ok(()) } else { Err(Fault::OutOfRange { what: "color", value: color as f64, allowed: allowed() }.at("color")) };
-    both(text, palette).map(|_| Mark { label, color })
+    both(text, palette).map(|_| Mark { label, color, dashes })
 }
 
 fn surfaces(drawn: Option<Vec<DrawnSurface>>) -> Result<(Vec<crate::core::surface::Surface>, Vec<Mark>), Error> {

@@ -130,13 +130,26 @@ fn bind(address: SocketAddr) -> Result<TcpListener, String> {
     listening().map_err(|error: io::Error| format!("cannot listen on {address}: {error}"))
 }
 
-/// Origins as a browser sends them: scheme, host and port, nothing after.
+/// Origins as a browser sends them: scheme, host and port, nothing after. A slash at the end is left out, and said to be.
 fn origins(given: &[String]) -> Result<Vec<HeaderValue>, String> {
-    let checked = |origin: &String| {
-        let host = origin.strip_prefix("https://").or(origin.strip_prefix("http://"));
-        let fits = host.is_some_and(|host| !host.is_empty() && !host.contains('/')) || (origin == "*" && given.len() == 1);
-        let refused = || format!("the setting `cors-origins`: {origin} is no origin; write https://example.com, or * alone");
-        if fits { HeaderValue::from_str(origin).map_err(|_| refused()) } else { Err(refused()) }
+    let checked = |text: &String| {
+        let refused = |what: &str| Err(format!("the setting `cors-origins`: {text} is no origin; {what}"));
+        let example = "write https://example.com, or * alone";
+        if text == "*" {
+            return if given.len() == 1 { Ok(HeaderValue::from_static("*")) } else { refused(example) };
+        }
+        let Some((scheme @ ("http" | "https"), rest)) = text.split_once("://") else { return refused(example) };
+        let host = rest.split(['/', '?', '#']).next().unwrap_or("");
+        let origin = format!("{scheme}://{host}");
+        match rest.strip_prefix(host) {
+            _ if host.is_empty() || host.contains('*') => refused(example),
+            Some("") => HeaderValue::from_str(&origin).or_else(|_| refused(example)),
+            Some("/") => {
+                tracing::warn!(setting = "cors-origins", "{text} is taken as {origin}: an origin has no slash at its end");
+                HeaderValue::from_str(&origin).or_else(|_| refused(example))
+            }
+            _ => refused(&format!("write {origin}, without what follows it")),
+        }
     };
     given.iter().map(checked).collect()
 }

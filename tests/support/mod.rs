@@ -257,6 +257,8 @@ pub fn media_type(path: &str) -> &'static str {
         "/v1/render" => "image/svg+xml",
         "/metrics" => "application/openmetrics-text",
         "/v1/batch" => "application/x-ndjson",
+        "/favicon.svg" => "image/svg+xml",
+        "/favicon.ico" => "image/x-icon",
         _ => "application/json",
     }
 }

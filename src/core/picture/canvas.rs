@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::cubics::drawable;
 use super::frame::Frame;
 use super::text::{escape, number};
+use super::{Mark, palette};
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
 use crate::core::work::checkpoint;
@@ -61,7 +62,7 @@ impl Canvas {
     }
 
     /// One path for all segments of a curve. Neighbours that do not meet are not joined.
-    pub fn curve(&mut self, segments: &[Vec<Point<2>>], frame: &Frame, color: &str) {
+    pub fn curve(&mut self, segments: &[Vec<Point<2>>], frame: &Frame, mark: &Mark) {
         let mut data = String::new();
         let mut end = None;
         for segment in segments {
@@ -79,7 +80,8 @@ impl Canvas {
                 drawable(&placed).iter().for_each(|piece| self.piece(&mut data, piece));
             }
         }
-        self.line(format_args!("<path d=\"{data}\" stroke=\"{color}\"/>"));
+        let (color, dashes) = (palette::color(mark.color), palette::dashes(mark.dashes));
+        self.line(format_args!("<path d=\"{data}\" stroke=\"{color}\"{dashes}/>"));
     }
 
     fn piece(&mut self, data: &mut String, piece: &[Point<2>]) {
@@ -133,6 +135,12 @@ impl Canvas {
         self.line(format_args!("<path d=\"{}\" fill=\"none\" stroke=\"{color}\"/>", data.join(" ")));
     }
 
+    /// A line of a control net.
+    pub fn wire(&mut self, pixels: [Point<2>; 2]) {
+        let (data, ink) = (self.through(&pixels), palette::INK);
+        self.line(format_args!("<path d=\"{data}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"1.2\" stroke-linecap=\"round\"/>"));
+    }
+
     /// A line of an axis; a faint one of the grid otherwise.
     pub fn rule(&mut self, pixels: [Point<2>; 2], axis: bool) {
         let data = self.through(&pixels);
@@ -141,9 +149,11 @@ impl Canvas {
     }
 
     /// A sample of a colour.
-    pub fn sample(&mut self, pixels: [Point<2>; 2], color: &str) {
+    pub fn sample(&mut self, pixels: [Point<2>; 2], mark: &Mark) {
         let data = self.through(&pixels);
-        self.line(format_args!("<path d=\"{data}\" stroke=\"{color}\" stroke-width=\"3\" stroke-linecap=\"round\"/>"));
+        let (color, dashes) = (palette::color(mark.color), palette::dashes(mark.dashes));
+        let end = if dashes.is_empty() { " stroke-linecap=\"round\"" } else { &dashes };
+        self.line(format_args!("<path d=\"{data}\" stroke=\"{color}\" stroke-width=\"3\"{end}/>"));
     }
 
     /// A dot.

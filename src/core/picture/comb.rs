@@ -21,8 +21,10 @@ pub struct Tooth {
 
 impl Tooth {
     /// The end of the line for a scale.
-    pub fn end(&self, reach: f64) -> Point<2> {
-        self.base + self.bend * reach
+    pub fn end(&self, scale: Scale) -> Point<2> {
+        let line = self.bend * scale.reach;
+        let cut = scale.longest / line.norm();
+        self.base + if cut < 1.0 { line * cut } else { line }
     }
 }
 
@@ -58,21 +60,41 @@ fn bend<const D: usize>(velocity: Point<D>, acceleration: Point<D>) -> Option<Po
     Some(across.map(|x| x / speed / speed))
 }
 
-/// The scale with which the longest line is a fifth of the picture.
-pub fn reach(sketches: &[Sketch], bounds: &Bounds) -> f64 {
-    let longest = sketches.iter().flat_map(|sketch| &sketch.teeth).map(|tooth| tooth.bend.norm()).fold(0.0, f64::max);
-    let reach = 0.2 * bounds.size() / longest;
-    if reach.is_finite() { reach } else { 0.0 }
+/// How long the lines of a comb are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// The length of a line for curvature 1.
+    reach: f64,
+    /// No line is longer.
+    longest: f64,
+}
+
+/// Lines this many times as long as nine in ten are may be cut.
+const OUTLIER: f64 = 5.0;
+
+/// The scale with which the longest line is a fifth of the picture. Where a few are far longer than the others, a near-cusp's, they would
+/// leave nothing of the rest: then the longest of those that are not is a fifth, and what is longer is cut there.
+pub fn scale(sketches: &[Sketch], bounds: &Bounds, given: Option<f64>) -> Scale {
+    if let Some(reach) = given {
+        return Scale { reach, longest: f64::INFINITY };
+    }
+    let mut bends: Vec<f64> = sketches.iter().flat_map(|sketch| &sketch.teeth).map(|tooth| tooth.bend.norm()).collect();
+    bends.sort_by(f64::total_cmp);
+    let most = bends.last().copied().unwrap_or(0.0);
+    let usual = OUTLIER * bends.get(bends.len() * 9 / 10).copied().unwrap_or(0.0);
+    let longest = 0.2 * bounds.size();
+    let reach = longest / if usual > 0.0 { most.min(usual) } else { most };
+    if reach.is_finite() { Scale { reach, longest } } else { Scale { reach: 0.0, longest } }
 }
 
 /// The lines, and one line along their ends.
-pub fn draw(canvas: &mut Canvas, sketches: &[Sketch], marks: &[Mark], frame: &Frame, reach: f64) {
+pub fn draw(canvas: &mut Canvas, sketches: &[Sketch], marks: &[Mark], frame: &Frame, scale: Scale) {
     canvas.open("comb", "fill=\"none\" stroke-width=\"0.8\" opacity=\"0.7\"");
     for (sketch, mark) in sketches.iter().zip(marks) {
-        let lines: Vec<[Point<2>; 2]> = sketch.teeth.iter().map(|tooth| [tooth.base, tooth.end(reach)]).collect();
+        let lines: Vec<[Point<2>; 2]> = sketch.teeth.iter().map(|tooth| [tooth.base, tooth.end(scale)]).collect();
         canvas.lines(&lines, frame, palette::color(mark.color));
         let ends: Vec<Vec<Point<2>>> =
-            sketch.teeth.chunk_by(|_, next| !next.first).map(|part| part.iter().map(|tooth| tooth.end(reach)).collect()).collect();
+            sketch.teeth.chunk_by(|_, next| !next.first).map(|part| part.iter().map(|tooth| tooth.end(scale)).collect()).collect();
         ends.iter().for_each(|part| canvas.polyline(part, frame, palette::color(mark.color)));
     }
     canvas.close();

@@ -48,7 +48,7 @@ impl<'a> Legend<'a> {
         canvas.open("legend", &format!("font-size=\"{}\" fill=\"{}\"", super::text::number(size), palette::INK));
         for (i, (label, mark)) in self.entries.iter().enumerate() {
             let y = top + line * i as f64;
-            canvas.sample([Point([left, y]), Point([left + 32.0, y])], palette::color(mark.color));
+            canvas.sample([Point([left, y]), Point([left + 32.0, y])], mark);
             canvas.word(Point([left + SAMPLE - 4.0, y + size * 0.35]), "start", label);
         }
         canvas.close();

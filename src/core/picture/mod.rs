@@ -18,7 +18,7 @@ mod ticks;
 mod view;
 
 pub use palette::COLORS;
-pub use text::check_text;
+pub use text::{check_text, escape};
 
 use super::curve::Curve;
 use super::error::{At, Error, at_most};
@@ -50,6 +50,8 @@ pub struct Mark {
     pub label: Option<String>,
     /// Its colour in the palette.
     pub color: usize,
+    /// How a curve is dashed: 0 is drawn through.
+    pub dashes: usize,
 }
 
 /// What is drawn beside the curves themselves.
@@ -80,6 +82,8 @@ pub struct Picture {
     pub surface_marks: Vec<Mark>,
     /// What else is drawn.
     pub show: Show,
+    /// The length of a line of the comb for curvature 1, in the units of the curve; otherwise the longest is a fifth of the picture.
+    pub comb_scale: Option<f64>,
     /// Width and height in pixels.
     pub size: [usize; 2],
     /// The title, for readers that do not see the picture.
@@ -96,8 +100,8 @@ pub fn draw(picture: &Picture) -> Result<String, Error> {
     let legend = Legend::of(picture);
     let plot = Plot::inside(picture.size, picture.show.axes, legend.width());
     let space = space_box(picture)?;
-    let reach = comb::reach(&sketches, &bounds(picture, &sketches, &surfaces, None)?);
-    let bounds = bounds(picture, &sketches, &surfaces, Some(reach))?.with_box(space.as_ref().filter(|_| picture.show.axes));
+    let comb = comb::scale(&sketches, &bounds(picture, &sketches, &surfaces, None)?, picture.comb_scale);
+    let bounds = bounds(picture, &sketches, &surfaces, Some(comb))?.with_box(space.as_ref().filter(|_| picture.show.axes));
     let frame = Frame::fit(&bounds, &plot)?;
     let mut canvas = Canvas::new(picture.size, &picture.title);
     if picture.show.axes {
@@ -107,7 +111,7 @@ pub fn draw(picture: &Picture) -> Result<String, Error> {
         }
     }
     draw_surfaces(&mut canvas, picture, &surfaces, &frame);
-    draw_curves(&mut canvas, picture, &sketches, &frame, reach);
+    draw_curves(&mut canvas, picture, &sketches, &frame, comb);
     legend.draw(&mut canvas, &plot);
     canvas.finish()
 }
@@ -142,7 +146,7 @@ fn space_box(picture: &Picture) -> Result<Option<Box3>, Error> {
     Ok((!space.is_empty()).then_some(space))
 }
 
-fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], reach: Option<f64>) -> Result<Bounds, Error> {
+fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], comb: Option<comb::Scale>) -> Result<Bounds, Error> {
     let mut bounds = Bounds::EMPTY;
     let mut pace = Pace::default();
     for sketch in sketches {
@@ -153,8 +157,8 @@ fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], reach: Op
         if picture.show.polygon {
             bounds.add(&sketch.polygon);
         }
-        if let Some(reach) = reach {
-            sketch.teeth.iter().for_each(|tooth| bounds.add(&[tooth.end(reach)]));
+        if let Some(scale) = comb {
+            sketch.teeth.iter().for_each(|tooth| bounds.add(&[tooth.end(scale)]));
         }
     }
     for surface in surfaces {
@@ -169,17 +173,17 @@ fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], reach: Op
 fn draw_surfaces(canvas: &mut Canvas, picture: &Picture, surfaces: &[Shaded], frame: &Frame) {
     for (shaded, mark) in surfaces.iter().zip(&picture.surface_marks) {
         canvas.open("surface", "stroke-width=\"0.7\" stroke-linejoin=\"round\"");
-        shaded.draw(canvas, frame, mark.color);
+        shaded.draw(canvas, frame, mark.color, picture.show.polygon);
         canvas.close();
         if picture.show.polygon {
-            canvas.open("polygon", palette::POLYGON);
+            canvas.open("polygon", palette::NET);
             shaded.net.iter().for_each(|line| canvas.polyline(line, frame, ""));
             canvas.close();
         }
     }
 }
 
-fn draw_curves(canvas: &mut Canvas, picture: &Picture, sketches: &[Sketch], frame: &Frame, reach: f64) {
+fn draw_curves(canvas: &mut Canvas, picture: &Picture, sketches: &[Sketch], frame: &Frame, comb: comb::Scale) {
     if sketches.is_empty() {
         return;
     }
@@ -187,11 +191,11 @@ fn draw_curves(canvas: &mut Canvas, picture: &Picture, sketches: &[Sketch], fram
         draw_polygons(canvas, sketches, frame);
     }
     if picture.show.comb {
-        comb::draw(canvas, sketches, &picture.curve_marks, frame, reach);
+        comb::draw(canvas, sketches, &picture.curve_marks, frame, comb);
     }
     canvas.open("curves", "fill=\"none\" stroke-width=\"2.5\" stroke-linecap=\"round\" stroke-linejoin=\"round\"");
     for (sketch, mark) in sketches.iter().zip(&picture.curve_marks) {
-        canvas.curve(&sketch.segments, frame, palette::color(mark.color));
+        canvas.curve(&sketch.segments, frame, mark);
     }
     canvas.close();
     if picture.show.joints {

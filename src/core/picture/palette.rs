@@ -6,11 +6,25 @@ pub const COLORS: usize = PALETTE.len();
 /// Blue, orange, green, red, violet, teal, pink, brown.
 const PALETTE: [&str; 8] = ["#2f81d6", "#cc7722", "#2c9466", "#d9483b", "#9268d6", "#1b91a8", "#cf5198", "#a5754d"];
 
+/// Dashes and gaps of a curve, in pixels: the first eight curves are drawn through, each eight after them in another way.
+const DASHES: [&str; 10] = ["", "9 4", "2 3", "14 4 2 4", "5 5", "18 4 2 3 2 3", "1.5 6", "11 3 5 3", "24 8", "7 2 1 2"];
+
+/// How a line is drawn, as an attribute; empty for one that is drawn through. They repeat.
+pub fn dashes(index: usize) -> String {
+    match DASHES[index % DASHES.len()] {
+        "" => String::new(),
+        pattern => format!(" stroke-dasharray=\"{pattern}\" stroke-linecap=\"butt\""),
+    }
+}
+
 /// Text and control points.
 pub const INK: &str = "#7b828d";
 
 /// Attributes of control polygons and nets.
 pub const POLYGON: &str = "fill=\"none\" stroke=\"#7b828d\" stroke-width=\"1.2\" stroke-dasharray=\"5 4\"";
+
+/// Attributes of control nets: what a surface hides of them is seen through it, faintly. What is before it is drawn by the surface.
+pub const NET: &str = "fill=\"none\" stroke=\"#7b828d\" stroke-width=\"1.2\" stroke-dasharray=\"3 4\" stroke-opacity=\"0.45\"";
 
 /// Attributes of axes and their numbers.
 pub const AXES: &str = "fill=\"#7b828d\" stroke=\"#7b828d\" font-size=\"12\"";
