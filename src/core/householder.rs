@@ -102,7 +102,7 @@ fn reflect<const N: usize>(column: &Column, share: f64, tops: &mut [f64; N], oth
 
 /// Each in eight sums, whatever the registers hold.
 #[inline(always)]
-fn dots<const N: usize>(a: &Column, others: &[Column; N]) -> [f64; N] {
+pub(crate) fn dots<const N: usize>(a: &Column, others: &[Column; N]) -> [f64; N] {
     let mut sums = [[0.0; 8]; N];
     for i in (0..LANES).step_by(8) {
         for (sums, b) in sums.iter_mut().zip(others) {

@@ -93,8 +93,8 @@ crate::object! {
         optional parameterization: FitParameterization,
         /// What happens at the ends: `interpolate` (the default) or `free` (the default where the control polygon is given).
         optional ends: Ends,
-        /// Whether to move each parameter to the foot of its point on the curve and solve again, while that lowers the error
-        /// (Hoschek 1988); default false. Not for a tolerance fit.
+        /// Whether to seek the parameters of the points too, together with the curve, for the least weighted sum of squares (total
+        /// least squares; Borges and Pastva 2002); default false. Not for a tolerance fit.
         optional parameter_correction: bool,
     }
 }
@@ -126,12 +126,21 @@ crate::object! {
         required between: f64 = number().minimum(Some(0.0)),
         /// The parameter of each point.
         required parameters: Vec<f64>,
-        /// Rounds of parameter correction, of alternation, or of refinement; 1 where one solve was enough.
+        /// Rounds of parameter correction from all its starts, of alternation, or of refinement; 1 where one solve was enough.
         required iterations: Whole,
-        /// Whether the rounds ended because progress did, and not because of their limit.
+        /// With parameter correction: whether the fit is stationary, `gradient` being at most `gradient_tolerance`. Else whether the
+        /// rounds ended because progress did, and not because of their limit.
         required converged: bool,
         /// Whether the shape parameter sought ended on a bound of its range, so that the best value may lie beyond it.
         required at_bound: bool,
+        /// Whether the parameters are in the order of the points: none is less than that of the point before.
+        required ordered: bool,
+        /// With parameter correction: the largest cosine between the offsets of the points, each times the root of its weight, taken
+        /// as one long vector, and the change of that vector with one parameter. 0 where every offset is normal to the curve.
+        /// Parameters that may not move count as 0: those of interpolated ends, and those at an end of the domain that would leave it.
+        optional gradient: f64 = number().minimum(Some(0.0)).maximum(Some(1.0)),
+        /// Below this the gradient counts as 0: 1e-7, or more where rounding hides more.
+        optional gradient_tolerance: f64 = number().minimum(Some(0.0)),
         /// Of a tolerance fit: whether leaving out every single remaining joint was tried in vain: the least-squares spline without
         /// it misses the tolerance, or strays between the points. False also where the bounded work ran out first, or where the
         /// points do not determine a spline without one of the joints.
@@ -231,6 +240,9 @@ where
         iterations: Some(Whole(fit.iterations)),
         converged: Some(fit.converged),
         at_bound: Some(fit.at_bound),
+        ordered: Some(fit.ordered),
+        gradient: fit.gradient,
+        gradient_tolerance: fit.gradient_tolerance,
         locally_minimal: fit.locally_minimal,
         parameterization: Some(used),
         ends: Some(ends),

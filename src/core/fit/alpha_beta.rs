@@ -1,6 +1,7 @@
 //! The shape of an alpha-beta-Bezier cubic.
 
 use super::data::Data;
+use super::freedom::Freedom;
 use super::reduced::{Reduced, inner, length};
 use super::shape::{no_influence, rounding};
 use super::{Solved, Solver};
@@ -33,7 +34,7 @@ impl<const D: usize> Solver<D> for AlphaBetaShape<D> {
         let reduced = Reduced::new(data, parameters, 3, origin)?;
         let end = p[3] - origin;
         let still = [Point::ZERO, Point::ZERO, end, end];
-        let moving = [Point::ZERO, (p[1] - p[0]) * (1.0 / 3.0), (p[2] - p[3]) * (1.0 / 3.0), Point::ZERO];
+        let moving = moving(p);
         let direction = reduced.apply(&moving);
         if length(&direction) <= rounding(reduced.norm(), &[end, p[1] - origin, p[2] - origin]) {
             return Err(no_influence("s = alpha * beta"));
@@ -46,4 +47,14 @@ impl<const D: usize> Solver<D> for AlphaBetaShape<D> {
         let curve = Single::new(Basis::AlphaBeta(AlphaBeta::new(1.0, s)?), p.clone())?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound })
     }
+
+    fn freedom(&self, curve: &Single<D>, _: &Data<D>) -> Freedom<D> {
+        let inside = matches!(curve.basis(), Basis::AlphaBeta(b) if b.beta() > LEAST && b.beta() < MOST);
+        Freedom::of_motions(3, if inside { vec![moving(&self.polygon).to_vec()] } else { vec![] })
+    }
+}
+
+/// How the Bezier points move with `s`.
+fn moving<const D: usize>(p: &[Point<D>]) -> [Point<D>; 4] {
+    [Point::ZERO, (p[1] - p[0]) * (1.0 / 3.0), (p[2] - p[3]) * (1.0 / 3.0), Point::ZERO]
 }

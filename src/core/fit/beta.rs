@@ -1,6 +1,7 @@
 //! The shape of a Beta-Bezier curve.
 
 use super::data::Data;
+use super::freedom::Freedom;
 use super::reduced::{Reduced, inner, length};
 use super::shape::{no_influence, rounding};
 use super::{Solved, Solver};
@@ -42,6 +43,21 @@ impl<const D: usize> Solver<D> for BetaShape<D> {
         let at_bound = tau == 0.0 || tau == 1.0;
         let curve = Single::new(Basis::Beta(basis(tau)?), self.polygon.clone())?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound })
+    }
+
+    fn freedom(&self, curve: &Single<D>, _: &Data<D>) -> Freedom<D> {
+        let order = curve.order();
+        let tau = match curve.basis() {
+            Basis::Beta(beta) if beta.beta().is_finite() => beta.beta() / (1.0 + beta.beta()),
+            _ => 1.0,
+        };
+        let bezier = |tau| Some(Basis::Beta(basis(tau).ok()?).shape_matrix(order).apply(&self.polygon));
+        let ends = (tau - SLOPE, tau + SLOPE);
+        let inside = tau > 0.0 && tau < 1.0;
+        let pair = (bezier(ends.0.max(0.0)), bezier(ends.1.min(1.0)));
+        let (true, (Some(below), Some(above))) = (inside, pair) else { return Freedom::of_motions(order, vec![]) };
+        let motion = above.iter().zip(&below).map(|(&a, &b)| a - b).collect();
+        Freedom::of_motions(order, vec![motion])
     }
 }
 

@@ -1,12 +1,13 @@
 //! Control points and shape matrix in turn.
 
 use super::data::Data;
+use super::freedom::Freedom;
 use super::parameters::distinct;
 use super::quasi::{best_matrix, centre, quasi_basis};
 use super::reduced::{Reduced, deficiency, solve_for_control_points};
 use super::shape::check_degree;
 use super::unsolved::Unsolved;
-use super::{Ends, Family, PROGRESS, Solved, Solver};
+use super::{Ends, Family, Solved, Solver};
 use crate::core::basis::ShapeMatrix;
 use crate::core::curve::{Single, within_degrees};
 use crate::core::error::{At, Error, Fault};
@@ -15,8 +16,8 @@ use crate::core::work;
 
 /// The most rounds of alternation.
 const ROUNDS: usize = 100;
-/// The most rounds of parameter correction around them.
-const CORRECTIONS: usize = 10;
+/// A round that lowers the error by less than this part of it is the last.
+const PROGRESS: f64 = 1e-6;
 
 /// Alternates the best control points for a matrix and the best matrix for control points.
 pub(super) struct Both {
@@ -64,10 +65,6 @@ struct State<const D: usize> {
 }
 
 impl<const D: usize> Solver<D> for Both {
-    fn rounds(&self) -> usize {
-        CORRECTIONS
-    }
-
     fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         let origin = centre(&data.points);
         let fixed = data.fixed_ends().map(|(first, last)| (first - origin, last - origin));
@@ -89,6 +86,14 @@ impl<const D: usize> Solver<D> for Both {
         }
         let curve = Single::new(quasi_basis(&best.matrix)?, points).map_err(|error| Error::from(error.fault).at("points"))?;
         Ok(Solved { curve, iterations, converged, at_bound: false })
+    }
+
+    fn is_exact(&self) -> bool {
+        false
+    }
+
+    fn freedom(&self, curve: &Single<D>, _: &Data<D>) -> Freedom<D> {
+        Freedom::of_motions(curve.bezier_points().len() - 1, Vec::new())
     }
 }
 

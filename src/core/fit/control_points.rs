@@ -1,10 +1,11 @@
 //! The control points of one segment of a known basis.
 
 use super::data::Data;
+use super::freedom::Freedom;
 use super::parameters::distinct;
 use super::reduced::{blocks, deficiency, solve_for_control_points};
 use super::{Ends, Solved, Solver};
-use crate::core::basis::{Basis, ShapeMatrix};
+use crate::core::basis::{Basis, Bezier, ShapeMatrix};
 use crate::core::curve::Single;
 use crate::core::error::{At, Error, Fault};
 use crate::core::point::Point;
@@ -66,5 +67,16 @@ impl<const D: usize> Solver<D> for ControlPoints {
         })?;
         let curve = Single::new(self.basis.clone(), points).map_err(|error| Error::from(error.fault).at("points"))?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
+    }
+
+    fn lower(&self) -> Option<Box<dyn Solver<D>>> {
+        let all_polynomials = self.matrix.degree() == self.order && self.basis.length() == 1.0;
+        let (basis, order) = (Basis::Bezier(Bezier), self.order.checked_sub(1)?);
+        let matrix = basis.shape_matrix(order);
+        (all_polynomials && order > 1).then(|| Box::new(ControlPoints { basis, order, matrix }) as Box<dyn Solver<D>>)
+    }
+
+    fn freedom(&self, _: &Single<D>, data: &Data<D>) -> Freedom<D> {
+        Freedom::of_control_points(&self.matrix, data.ends)
     }
 }

@@ -1,117 +1,144 @@
-//! Parameter correction: each point's parameter moves to the foot of the point on the curve.
+//! Parameter correction: the curve and the parameters of the points sought together.
 //!
-//! Hoschek 1988, "Intrinsic parametrization for approximation", CAGD 5.
+//! Total least squares (Borges and Pastva 2002, CAGD 19), with [`descents`](super::descent) from several
+//! starts, always the same, as there are many local minima.
 
 use super::data::Data;
-use super::{Ends, Fit, Solver};
-use crate::core::curve::{Composite, Evaluator};
+use super::descent::{Descent, Search, State};
+use super::feet::feet;
+use super::starts::{Warp, alternated, hops, warps};
+use super::{Fit, Parameters, Solved, Solver};
 use crate::core::error::Error;
-use crate::core::point::{Point, magnitude};
-use crate::core::work;
 
-/// The most rounds of parameter correction.
-pub const CORRECTION_ROUNDS: usize = 100;
-/// A round that lowers the rms distance by less than this part of it is the last.
-pub const PROGRESS: f64 = 1e-6;
+/// Points that are enough to tell starts apart, and so many more for each control point.
+const EXPLORED: (usize, usize) = (64, 8);
 
-/// Newton steps towards one foot in one round. The next round goes on where they end.
-const NEWTON_STEPS: usize = 8;
-/// Parts of a Newton step that are tried in turn.
-const STEPS: [f64; 6] = [1.0, 0.5, 0.25, 1.0 / 16.0, 1.0 / 256.0, 1.0 / 4096.0];
+/// The most rounds where only a few points were explored, as these rounds are long.
+const MANY: usize = 100;
 
-/// Alternates feet and solves while the rms distance falls. A round that would raise it, or whose
-/// problem has no unique solution, is dropped.
-pub(super) fn correct<const D: usize>(first: Fit<D>, solver: &dyn Solver<D>, data: &Data<D>) -> Result<Fit<D>, Error> {
-    let rounding = f64::EPSILON * magnitude(&data.points);
-    let mut best = Fit { converged: false, iterations: 1, ..first };
-    while !best.converged && best.iterations < solver.rounds() {
-        let parameters = feet(&best.curve.composite()?, data, &best.parameters)?;
-        let next = solver.solve(data, &parameters).and_then(|solved| Fit::of(solved, data, parameters));
-        let iterations = best.iterations + 1;
-        let before = best.error.rms;
-        match next {
-            Ok(next) if next.error.rms < before => best = next,
-            _ => work::checkpoint()?,
+/// The most rounds of feet and solves in turn, and by what part one must lower the sum to be followed.
+const TURNS: usize = 10;
+const PROGRESS: f64 = 2e-6;
+/// Hops that end the search, and by what part one must lower the sum to count.
+const VAIN: usize = 5;
+const WORTHWHILE: f64 = 1e-3;
+
+/// The best of the minima that the starts lead to: never worse than the first fit.
+pub(super) fn correct<const D: usize>(
+    first: Solved<D>,
+    parameters: Vec<f64>,
+    solver: &dyn Solver<D>,
+    data: &Data<D>,
+    rule: &Parameters,
+) -> Result<Fit<D>, Error> {
+    let mut search = Search::new(data, solver);
+    let first = search.state(first, parameters)?;
+    let enough = EXPLORED.0 + EXPLORED.1 * first.solved.curve.control_points().len();
+    let best = if !solver.is_exact() {
+        in_turn(&search, first)?
+    } else if data.points.len() <= enough {
+        explored(&search, first, rule)?
+    } else {
+        search.rounds = MANY;
+        beyond(&search, first, rule, enough)?
+    };
+    let Descent { state, rounds, gradient, tolerance } = best;
+    let converged = gradient <= tolerance && state.solved.converged;
+    let solved = Solved { iterations: rounds, converged, ..state.solved };
+    let fit = Fit::of(solved, data, state.parameters)?;
+    Ok(Fit { gradient: Some(gradient), gradient_tolerance: Some(tolerance), ..fit })
+}
+
+/// Feet and solves in turn, while the sum of squares falls (Hoschek 1988).
+fn in_turn<const D: usize>(search: &Search<D>, first: State<D>) -> Result<Descent<D>, Error> {
+    let mut best = first;
+    let mut rounds = 1;
+    while rounds < TURNS {
+        rounds += 1;
+        let parameters = feet(&best.solved.curve.composite()?, search.data(), &best.parameters)?;
+        match search.at(parameters)? {
+            Some(next) if next.squares < best.squares * (1.0 - PROGRESS) => best = next,
+            _ => break,
         }
-        best.converged = before - best.error.rms <= PROGRESS * before || best.error.rms <= rounding;
-        best.iterations = iterations;
+    }
+    let (gradient, tolerance) = search.gradient_of(&best)?;
+    Ok(Descent { state: best, rounds, gradient, tolerance })
+}
+
+/// With many points: a few of them show the best start for all.
+fn beyond<const D: usize>(search: &Search<D>, first: State<D>, rule: &Parameters, enough: usize) -> Result<Descent<D>, Error> {
+    let (few, chosen) = search.data().thinned(enough);
+    let known = &first.parameters;
+    let parameters: Vec<f64> = chosen.iter().map(|&i| known[i]).collect();
+    let start = Search::new(&few, search.solver);
+    let Some(state) = start.at(parameters.clone())? else { return search.descend(first, None) };
+    let found = explored(&start, state, rule)?;
+    let spread = Warp::between(&parameters, &found.state.parameters);
+    let start = search.at(known.iter().map(|&t| spread.at(t)).collect())?;
+    let mut best = match start.filter(|start| start.squares < first.squares) {
+        Some(start) => search.descend(start, None)?,
+        None => search.descend(first, None)?,
+    };
+    best.rounds += found.rounds;
+    Ok(best)
+}
+
+/// Descents from every start, then from around the best.
+fn explored<const D: usize>(search: &Search<D>, first: State<D>, rule: &Parameters) -> Result<Descent<D>, Error> {
+    let length = search.solver.length();
+    let given = first.parameters.clone();
+    let mut starts = vec![alternated(search, &first)?];
+    for other in rule.others() {
+        starts.push(search.at(other.on_domain(search.data(), length)?)?);
+    }
+    for warp in warps() {
+        starts.push(search.at(given.iter().map(|&t| length * warp.at(t / length)).collect())?);
+    }
+    let any_polynomial = search.solver.lower().is_some();
+    let joint = if any_polynomial { search.at(search.jointly(&first)?)? } else { None };
+    let mut best = search.descend(first, None)?;
+    for start in starts.into_iter().chain([joint]) {
+        best = search.improved(best, start)?;
+    }
+    if let Some(lower) = search.solver.lower() {
+        best = from_lower(search, lower.as_ref(), best, &given, rule)?;
+    }
+    hopped(search, best)
+}
+
+/// From around the best, until some hops in turn lead back to it, or above.
+fn hopped<const D: usize>(search: &Search<D>, mut best: Descent<D>) -> Result<Descent<D>, Error> {
+    let (length, mut vain) = (search.solver.length(), 0);
+    for warp in hops() {
+        let before = best.state.squares;
+        let moved = best.state.parameters.iter().map(|&t| length * warp.at(t / length)).collect();
+        best = search.improved(best, search.at(moved)?)?;
+        vain = if best.state.squares < before * (1.0 - WORTHWHILE) { 0 } else { vain + 1 };
+        if vain == VAIN {
+            break;
+        }
     }
     Ok(best)
 }
 
-/// The curve with what Newton's method needs.
-struct Feet<'a, const D: usize> {
-    length: f64,
-    curve: Evaluator<'a, D>,
-    first: Evaluator<'a, D>,
-    second: Evaluator<'a, D>,
-}
-
-/// A parameter for each point at which the curve is no further from it than before.
-fn feet<const D: usize>(curve: &Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Vec<f64>, Error> {
-    let first = curve.derivative()?;
-    let second = first.derivative()?;
-    let (_, length) = curve.breaks().domain();
-    let feet = Feet { length, curve: curve.evaluator()?, first: first.evaluator()?, second: second.evaluator()? };
-    let last = parameters.len() - 1;
-    let held = |i: usize| data.ends == Ends::Interpolate && (i == 0 || i == last);
-    let moved = |(i, &t): (usize, &f64)| if held(i) { t } else { feet.near(data.points[i], t) };
-    work::collect(parameters.iter().enumerate().map(moved))
-}
-
-impl<const D: usize> Feet<'_, D> {
-    /// Newton's method for `(C(t) - p) . C'(t) = 0`, kept inside the domain; a step that does not
-    /// bring the curve closer is shortened, then given up.
-    fn near(&self, point: Point<D>, start: f64) -> f64 {
-        let (mut t, mut distance) = (start, self.curve.at(start).distance(point));
-        for _ in 0..NEWTON_STEPS {
-            let closer = |step: f64| {
-                let to = (t + step).clamp(0.0, self.length);
-                let there = self.curve.at(to).distance(point);
-                (there < distance).then_some((to, there))
-            };
-            let Some(step) = self.step(point, t) else { break };
-            let Some(next) = STEPS.iter().find_map(|part| closer(step * part)) else { break };
-            (t, distance) = next;
-        }
-        t
+/// From parameters that are best for a curve with one control point less.
+fn from_lower<const D: usize>(
+    search: &Search<D>,
+    lower: &dyn Solver<D>,
+    mut best: Descent<D>,
+    given: &[f64],
+    rule: &Parameters,
+) -> Result<Descent<D>, Error> {
+    let below = Search::new(search.data(), lower);
+    let mut starts = vec![given.to_vec(), best.state.parameters.clone()];
+    for other in rule.others() {
+        starts.push(other.on_domain(search.data(), lower.length())?);
     }
-
-    /// A Newton step where the distance is convex, else a Gauss-Newton step; both go downhill.
-    fn step(&self, point: Point<D>, t: f64) -> Option<f64> {
-        let (off, tangent) = (self.curve.at(t) - point, self.first.at(t));
-        let speed = tangent.dot(tangent);
-        let curvature = speed + off.dot(self.second.at(t));
-        let slope = off.dot(tangent);
-        let step = -slope / if curvature > 0.0 { curvature } else { speed };
-        (step.is_finite() && step != 0.0).then_some(step)
+    for parameters in starts {
+        let Some(start) = below.at(parameters)? else { continue };
+        let found = below.descend(start, None)?;
+        best.rounds += found.rounds;
+        best = search.improved(best, search.at(found.state.parameters)?)?;
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::core::basis::{Basis, Bezier};
-    use crate::core::curve::Single;
-
-    #[test]
-    fn a_foot_is_where_the_offset_is_normal_and_never_further() {
-        let polygon = vec![Point([0.0, 0.0]), Point([9.0, 8.0]), Point([-8.0, 8.0]), Point([5.0, -1.0])];
-        let curve = Single::new(Basis::Bezier(Bezier), polygon).unwrap().composite().unwrap();
-        // Every start with every point, the far sides of the bends included, where a bare Newton step goes astray.
-        let pairs = || (0..40).flat_map(|i| (0..40).map(move |j| (i as f64 / 39.0, j as f64 / 39.0)));
-        let points = pairs().map(|(x, _)| Point([11.0 * x - 3.0, 9.0 * (7.0 * x).fract() - 1.0])).collect();
-        let data = Data::new(points, None, Ends::Free).unwrap();
-        let start: Vec<f64> = pairs().map(|(_, t)| t).collect();
-        let once = feet(&curve, &data, &start).unwrap();
-        let found = (0..3).fold(once.clone(), |t, _| feet(&curve, &data, &t).unwrap());
-        let derivative = curve.derivative().unwrap();
-        let (at, tangent) = (curve.evaluator().unwrap(), derivative.evaluator().unwrap());
-        for (i, (&t, &p)) in found.iter().zip(&data.points).enumerate() {
-            assert!(at.at(once[i]).distance(p) <= at.at(start[i]).distance(p), "point {i}");
-            // Distances stop telling parameters apart at half the digits.
-            let normal = (at.at(t) - p).dot(tangent.at(t)).abs() < 1e-4;
-            assert!(normal || t == 0.0 || t == 1.0, "point {i} at {t}");
-        }
-    }
+    Ok(best)
 }

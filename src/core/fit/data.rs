@@ -27,6 +27,15 @@ impl<const D: usize> Data<D> {
         Ok(Data { points, weights, ends })
     }
 
+    /// So many of the points at even distances in the list, the first and the last among them, and their places.
+    pub(super) fn thinned(&self, count: usize) -> (Self, Vec<usize>) {
+        let last = self.points.len() - 1;
+        let chosen: Vec<usize> = (0..count).map(|k| k * last / (count - 1)).collect();
+        let points = chosen.iter().map(|&i| self.points[i]).collect();
+        let weights = self.weights.as_ref().map(|weights| chosen.iter().map(|&i| weights[i]).collect());
+        (Data { points, weights, ends: self.ends }, chosen)
+    }
+
     /// The weight of one point.
     pub(super) fn weight(&self, i: usize) -> f64 {
         self.weights.as_ref().map_or(1.0, |weights| weights[i])

@@ -13,10 +13,15 @@ mod combination;
 mod control_points;
 mod correction;
 mod data;
+mod descent;
+mod feet;
 mod fewest;
+mod freedom;
 mod local;
 mod measure;
 mod near;
+mod newton;
+mod offsets;
 mod ordered;
 mod parameters;
 mod problem;
@@ -27,11 +32,11 @@ mod refine;
 mod shape;
 mod spacing;
 mod spline;
+mod starts;
 mod through;
 mod tolerance;
 mod unsolved;
 
-pub use correction::{CORRECTION_ROUNDS, PROGRESS};
 pub use measure::FitError;
 pub use parameters::Parameters;
 
@@ -40,6 +45,13 @@ use super::curve::{Curve, Single};
 use super::error::{At, Error, Fault};
 use super::point::Point;
 use data::Data;
+use freedom::Freedom;
+
+/// The most rounds of parameter correction from one start.
+pub const CORRECTION_ROUNDS: usize = 400;
+/// A fit whose gradient is below this is stationary: some times the root of a rounding, beyond which
+/// sums of squares do not tell fits apart.
+pub const STATIONARY: f64 = 1e-7;
 
 /// How to fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,6 +145,13 @@ pub struct Fit<const D: usize> {
     pub converged: bool,
     /// Whether the shape parameter sought ended on a bound of its range.
     pub at_bound: bool,
+    /// Whether the parameters do not decrease from point to point.
+    pub ordered: bool,
+    /// With parameter correction: how far the fit is from a stationary point of the weighted sum of
+    /// squares; see [`fit`].
+    pub gradient: Option<f64>,
+    /// Below this the gradient is zero: [`STATIONARY`], or what rounding hides.
+    pub gradient_tolerance: Option<f64>,
     /// For [`Solve::Tolerance`]: whether leaving out every single joint was tried in vain; false where the bounded work ran
     /// out first, or where the points do not determine a spline without one of them.
     pub locally_minimal: Option<bool>,
@@ -153,13 +172,21 @@ trait Solver<const D: usize> {
         1.0
     }
 
-    /// The most rounds of parameter correction.
-    fn rounds(&self) -> usize {
-        CORRECTION_ROUNDS
-    }
-
     /// The best segment for these parameters.
     fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error>;
+
+    /// Whether the segment found is the best for its parameters, so that these can be sought with it.
+    fn is_exact(&self) -> bool {
+        true
+    }
+
+    /// The same for a curve with one control point less, whose parameters this one may start from.
+    fn lower(&self) -> Option<Box<dyn Solver<D>>> {
+        None
+    }
+
+    /// How a segment that it found may change, to first order, while the parameters do.
+    fn freedom(&self, curve: &Single<D>, data: &Data<D>) -> Freedom<D>;
 }
 
 /// Fits a curve to points.
@@ -181,9 +208,16 @@ trait Solver<const D: usize> {
 ///   interpolation strays, short derivatives and two more joints keep a stretch near. `locally_minimal` says
 ///   whether taking out every single remaining joint was tried in vain; work on that is bounded.
 ///
-/// With `parameter_correction` the parameters move to the feet of the points on the curve and the
-/// problem is solved again, while that lowers the rms distance, up to [`CORRECTION_ROUNDS`] rounds
-/// (for [`Solve::Both`], whose rounds are long, 10).
+/// With `parameter_correction` the parameters are sought too, inside the domain, for the least weighted
+/// sum of squared distances: steps of Newton's method for curve and parameters together, from several
+/// starts, the one given among them, up to [`CORRECTION_ROUNDS`] rounds from each. A local minimum, never
+/// worse than the fit without. `gradient` is the largest cosine between the offsets, as one long vector
+/// with the roots of the weights, and the change of that vector with one parameter; the fit has converged
+/// where that is at most `gradient_tolerance`: [`STATIONARY`], or what rounding hides. Not every problem
+/// has a minimum: with few unknowns left to the data a curve may come ever closer to them as its control
+/// points run away, and does not converge. O(points * (dimension * order)^2) a round; the starts of more
+/// than some hundred points are compared on some of them. [`Solve::Both`] alternates with the feet of the
+/// points instead, for 10 rounds at most.
 ///
 /// # Errors
 /// At `points`, `weights`, `parameterization/values`, `ends`, `parameter_correction` or `solve`:
@@ -214,8 +248,11 @@ pub fn fit<const D: usize>(points: Vec<Point<D>>, mut options: Options<D>) -> Re
 fn solved<const D: usize>(data: &Data<D>, options: Options<D>) -> Result<Fit<D>, Error> {
     let single = |solver: &dyn Solver<D>| {
         let parameters = options.parameters.on_domain(data, solver.length())?;
-        let first = Fit::of(solver.solve(data, &parameters)?, data, parameters)?;
-        if options.parameter_correction { correction::correct(first, solver, data) } else { Ok(first) }
+        let first = solver.solve(data, &parameters)?;
+        if options.parameter_correction {
+            return correction::correct(first, parameters, solver, data, &options.parameters);
+        }
+        Fit::of(first, data, parameters)
     };
     match options.solve {
         Solve::ControlPoints { basis, order } => single(&control_points::ControlPoints::new(basis, order, data.ends).at("solve")?),
@@ -241,6 +278,20 @@ impl<const D: usize> Fit<D> {
         if !error.rms.is_finite() {
             return Err(Fault::Overflow.at("points"));
         }
-        Ok(Fit { curve, error, between: f64::NAN, parameters, iterations, converged, at_bound, locally_minimal: None })
+        let ordered = parameters.is_sorted();
+        let (gradient, gradient_tolerance, locally_minimal) = (None, None, None);
+        Ok(Fit {
+            curve,
+            error,
+            between: f64::NAN,
+            parameters,
+            iterations,
+            converged,
+            at_bound,
+            ordered,
+            gradient,
+            gradient_tolerance,
+            locally_minimal,
+        })
     }
 }

@@ -32,6 +32,15 @@ impl Parameters {
         }
     }
 
+    /// The other rules, where a rule is used.
+    pub(super) fn others(&self) -> Vec<Self> {
+        let rules = [Parameters::ChordLength, Parameters::Centripetal, Parameters::Uniform];
+        match self {
+            Parameters::Values(_) => Vec::new(),
+            rule => rules.into_iter().filter(|other| other != rule).collect(),
+        }
+    }
+
     /// Parameters on `[0, length]`; a rule fills it from end to end.
     pub(super) fn on_domain<const D: usize>(&self, data: &Data<D>, length: f64) -> Result<Vec<f64>, Error> {
         if let Parameters::Values(values) = self {

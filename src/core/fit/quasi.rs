@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::combination::nearest_combination;
 use super::data::Data;
+use super::freedom::Freedom;
 use super::parameters::distinct;
 use super::quadratic_program::convex_rows;
 use super::reduced::{Reduced, combine, deficiency, length};
@@ -53,6 +54,11 @@ impl<const D: usize> Solver<D> for QuasiShape<D> {
         })?;
         let curve = Single::new(quasi_basis(&matrix)?, self.polygon.clone())?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
+    }
+
+    fn freedom(&self, curve: &Single<D>, data: &Data<D>) -> Freedom<D> {
+        let matrix = curve.basis().shape_matrix(curve.order());
+        Freedom::of_motions(self.degree, on_hull(&matrix, curve.control_points(), data.ends))
     }
 }
 
@@ -200,6 +206,20 @@ impl<const D: usize> Program<D> {
         let point = |flat: &Flat<D>| flat.directions.iter().zip(along.by_ref()).fold(flat.base, |q, (&e, y)| q + e * y[0]);
         Ok(flats.iter().map(point).collect())
     }
+}
+
+/// How the Bezier points of a matrix may move without leaving the faces of the hull that they lie on.
+pub(super) fn on_hull<const D: usize>(matrix: &ShapeMatrix, polygon: &[Point<D>], ends: Ends) -> Vec<Vec<Point<D>>> {
+    let (origin, degree) = (centre(polygon), matrix.degree());
+    let size = polygon.iter().map(|&p| (p - origin).max_abs()).fold(f64::MIN_POSITIVE, f64::max);
+    let polygon: Vec<_> = polygon.iter().map(|&p| (p - origin).map(|x| x / size)).collect();
+    let unknown = if ends == Ends::Interpolate { 1..degree } else { 0..degree + 1 };
+    let motion = |i: usize, e: Point<D>| (0..=degree).map(|k| if k == i { e } else { Point::ZERO }).collect();
+    let of_point = |i: usize| {
+        let directions = Flat::new(&polygon, matrix.row(i)).directions;
+        directions.into_iter().map(move |e| motion(i, e)).collect::<Vec<_>>()
+    };
+    unknown.flat_map(of_point).collect()
 }
 
 /// The affine hull of the vertices with weight: a point and orthonormal directions.

@@ -34,7 +34,19 @@ pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: B
     if error.max > tolerance || error.max.is_nan() {
         return Err(not_met(tolerance, error.max, spline.segments()));
     }
-    Ok(Fit { curve, error, between: f64::NAN, parameters, iterations, converged: true, at_bound: false, locally_minimal: Some(minimal) })
+    Ok(Fit {
+        curve,
+        error,
+        between: f64::NAN,
+        parameters,
+        iterations,
+        converged: true,
+        at_bound: false,
+        ordered: true,
+        gradient: None,
+        gradient_tolerance: None,
+        locally_minimal: Some(minimal),
+    })
 }
 
 /// A spline that holds, after how many trials, and whether no joint of it can be left out.

@@ -1,0 +1,92 @@
+//! Each point's parameter moves to the foot of the point on the curve.
+//!
+//! Hoschek 1988, "Intrinsic parametrization for approximation", CAGD 5.
+
+use super::Ends;
+use super::data::Data;
+use crate::core::curve::{Composite, Evaluator};
+use crate::core::error::Error;
+use crate::core::point::Point;
+use crate::core::work;
+
+/// Newton steps towards one foot in one round. The next round goes on where they end.
+const NEWTON_STEPS: usize = 8;
+/// Parts of a Newton step that are tried in turn.
+const STEPS: [f64; 6] = [1.0, 0.5, 0.25, 1.0 / 16.0, 1.0 / 256.0, 1.0 / 4096.0];
+
+/// The curve with what Newton's method needs.
+struct Feet<'a, const D: usize> {
+    length: f64,
+    curve: Evaluator<'a, D>,
+    first: Evaluator<'a, D>,
+    second: Evaluator<'a, D>,
+}
+
+/// A parameter for each point at which the curve is no further from it than before.
+pub(super) fn feet<const D: usize>(curve: &Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Vec<f64>, Error> {
+    let first = curve.derivative()?;
+    let second = first.derivative()?;
+    let (_, length) = curve.breaks().domain();
+    let feet = Feet { length, curve: curve.evaluator()?, first: first.evaluator()?, second: second.evaluator()? };
+    let last = parameters.len() - 1;
+    let held = |i: usize| data.ends == Ends::Interpolate && (i == 0 || i == last);
+    let moved = |(i, &t): (usize, &f64)| if held(i) { t } else { feet.near(data.points[i], t) };
+    work::collect(parameters.iter().enumerate().map(moved))
+}
+
+impl<const D: usize> Feet<'_, D> {
+    /// Newton's method for `(C(t) - p) . C'(t) = 0`, kept inside the domain; a step that does not
+    /// bring the curve closer is shortened, then given up.
+    fn near(&self, point: Point<D>, start: f64) -> f64 {
+        let (mut t, mut distance) = (start, self.curve.at(start).distance(point));
+        for _ in 0..NEWTON_STEPS {
+            let closer = |step: f64| {
+                let to = (t + step).clamp(0.0, self.length);
+                let there = self.curve.at(to).distance(point);
+                (there < distance).then_some((to, there))
+            };
+            let Some(step) = self.step(point, t) else { break };
+            let Some(next) = STEPS.iter().find_map(|part| closer(step * part)) else { break };
+            (t, distance) = next;
+        }
+        t
+    }
+
+    /// A Newton step where the distance is convex, else a Gauss-Newton step; both go downhill.
+    fn step(&self, point: Point<D>, t: f64) -> Option<f64> {
+        let (off, tangent) = (self.curve.at(t) - point, self.first.at(t));
+        let speed = tangent.dot(tangent);
+        let curvature = speed + off.dot(self.second.at(t));
+        let slope = off.dot(tangent);
+        let step = -slope / if curvature > 0.0 { curvature } else { speed };
+        (step.is_finite() && step != 0.0).then_some(step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::basis::{Basis, Bezier};
+    use crate::core::curve::Single;
+
+    #[test]
+    fn a_foot_is_where_the_offset_is_normal_and_never_further() {
+        let polygon = vec![Point([0.0, 0.0]), Point([9.0, 8.0]), Point([-8.0, 8.0]), Point([5.0, -1.0])];
+        let curve = Single::new(Basis::Bezier(Bezier), polygon).unwrap().composite().unwrap();
+        // Every start with every point, the far sides of the bends included, where a bare Newton step goes astray.
+        let pairs = || (0..40).flat_map(|i| (0..40).map(move |j| (i as f64 / 39.0, j as f64 / 39.0)));
+        let points = pairs().map(|(x, _)| Point([11.0 * x - 3.0, 9.0 * (7.0 * x).fract() - 1.0])).collect();
+        let data = Data::new(points, None, Ends::Free).unwrap();
+        let start: Vec<f64> = pairs().map(|(_, t)| t).collect();
+        let once = feet(&curve, &data, &start).unwrap();
+        let found = (0..3).fold(once.clone(), |t, _| feet(&curve, &data, &t).unwrap());
+        let derivative = curve.derivative().unwrap();
+        let (at, tangent) = (curve.evaluator().unwrap(), derivative.evaluator().unwrap());
+        for (i, (&t, &p)) in found.iter().zip(&data.points).enumerate() {
+            assert!(at.at(once[i]).distance(p) <= at.at(start[i]).distance(p), "point {i}");
+            // Distances stop telling parameters apart at half the digits.
+            let normal = (at.at(t) - p).dot(tangent.at(t)).abs() < 1e-4;
+            assert!(normal || t == 0.0 || t == 1.0, "point {i} at {t}");
+        }
+    }
+}
