@@ -21,7 +21,8 @@ pub(super) fn between<const D: usize>(curve: &Composite<D>, points: &[Point<D>],
     for (i, ends) in sections.ends.iter().enumerate() {
         pace.step()?;
         let bound = ends[0].max(ends[1]) + sections.bulge(i);
-        if !(bound <= largest * (1.0 + CLOSE)) {
+        let settled = bound <= largest * (1.0 + CLOSE);
+        if !settled {
             largest = sections.farthest(i, largest, &mut pace)?;
         }
     }

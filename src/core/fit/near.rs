@@ -83,7 +83,8 @@ impl<const D: usize> Near<D> {
             }
             // Between ends within the tolerance, a second derivative up to `most` allows no more than this.
             let bound = self.tolerance + (ends[1] - ends[0]) * (ends[1] - ends[0]) * most / 8.0;
-            if !(bound <= allowed[i]) && is_beyond(ordered.chord(i), curve, start..=k, [ends[0], ends[1]], allowed[i], &mut pace)? {
+            let settled = bound <= allowed[i];
+            if !settled && is_beyond(ordered.chord(i), curve, start..=k, [ends[0], ends[1]], allowed[i], &mut pace)? {
                 found.push(i);
                 if first {
                     break;
@@ -109,7 +110,7 @@ fn is_beyond<const D: usize>(
         let bezier = part(&curve.segment(k), breaks.local(k, from.max(a)).0, breaks.local(k, to.min(b)).0);
         chord.farthest(bezier, known, allowed, pace)
     })?;
-    Ok(!(farthest <= allowed))
+    Ok(farthest > allowed)
 }
 
 /// How far the cubics with these derivatives may be from their chords, by their control points.

@@ -53,7 +53,7 @@ impl<'a, const D: usize> Problem<'a, D> {
             violated[first..after].fill(true);
         };
         let places = &self.ordered.places;
-        for (i, _) in spline.distances.iter().enumerate().filter(|&(_, &d)| !(d <= self.tolerance)) {
+        for (i, _) in spline.distances.iter().enumerate().filter(|&(_, &d)| d > self.tolerance || d.is_nan()) {
             let t = self.ordered.parameters[i];
             mark(t, t);
         }

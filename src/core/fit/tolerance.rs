@@ -59,7 +59,7 @@ fn found<const D: usize>(problem: &Problem<D>) -> Result<(Spline<D>, usize, bool
         }
     }
     let (spline, rounds) = refine(problem)?;
-    if !(spline.error() <= tolerance) {
+    if spline.error() > tolerance {
         return Err(not_met(tolerance, spline.error(), spline.segments()));
     }
     let (spline, minimal) = fewest(problem, spline)?;
