@@ -93,7 +93,8 @@ fn schemas(api: &Value) -> &Map<String, Value> {
 #[test]
 fn nothing_is_nullable() {
     for (place, value) in places(&specification()) {
-        if place.ends_with("/type") && !place.contains("/examples/") && !place.contains("/properties/type") {
+        if place.ends_with("/type") && !place.contains("/examples/") && !place.contains("/mapping/") && !place.contains("/properties/type")
+        {
             assert!(value.is_string() && value != "null", "{place} is {value}");
         }
         assert!(!place.ends_with("/nullable"), "{place}");
@@ -188,11 +189,136 @@ fn discriminators_map_every_tag_to_the_schema_that_has_it() {
         assert_eq!(variants, mapping.values().map(|value| value.as_str().unwrap()).collect(), "{name}");
         for (value, reference) in mapping {
             let variant = api.pointer(reference.as_str().unwrap().trim_start_matches('#')).unwrap();
-            assert_eq!(variant["properties"][tag]["enum"], json!([value]), "{name} {value}");
+            assert_eq!(variant["properties"][tag]["const"], json!(value), "{name} {value}");
             assert!(variant["required"].as_array().unwrap().contains(&json!(tag)), "{name} {value}");
         }
     }
     assert!(count >= 7, "{count} unions");
+}
+
+#[test]
+fn a_choice_of_one_is_a_constant_and_a_shape_parameter_is_given_once() {
+    let api = specification();
+    for (place, value) in places(&api) {
+        let one = place.ends_with("/enum") && value.as_array().is_some_and(|names| names.len() < 2);
+        assert!(!one, "{place} is {value}");
+    }
+    for union in ["Curve", "Basis"] {
+        let schema = validator(&api, &json!({"$ref": format!("#/components/schemas/{union}")}));
+        let with = |parameters: Value| {
+            let mut value = parameters.as_object().unwrap().clone();
+            value.insert("family".into(), json!("beta-bezier"));
+            if union == "Curve" {
+                value.insert("control_points".into(), json!([[0, 0], [1, 1]]));
+            }
+            schema.is_valid(&Value::Object(value))
+        };
+        assert!(with(json!({"beta": 1})) && with(json!({"lambda": 1})), "{union}");
+        assert!(!with(json!({})) && !with(json!({"beta": 1, "lambda": 1})), "{union}");
+    }
+}
+
+#[test]
+fn names_are_of_one_style_and_none_is_one_that_generators_make() {
+    let api = specification();
+    for (_, _, operation) in operations(&api) {
+        let id = operation["operationId"].as_str().unwrap();
+        assert!(id.starts_with(|c: char| c.is_ascii_lowercase()) && id.chars().all(|c| c.is_ascii_alphanumeric()), "{id}");
+        let capital = id[..1].to_uppercase() + &id[1..];
+        for suffix in ["Data", "Error", "Errors", "Response", "Responses", "Body", "Params", "Options"] {
+            assert!(!schemas(&api).contains_key(&format!("{capital}{suffix}")), "{capital}{suffix}");
+        }
+    }
+    for name in schemas(&api).keys() {
+        assert!(name.starts_with(|c: char| c.is_ascii_uppercase()) && name.chars().all(|c| c.is_ascii_alphanumeric()), "{name}");
+    }
+}
+
+#[test]
+fn answers_and_refusals_are_shown_as_they_are() {
+    let (api, server) = (specification(), Server::start());
+    for (path, examples) in OPERATIONS {
+        let answers = &api["paths"][path]["post"]["responses"];
+        if *path != "/v1/render" {
+            let shown = answers["200"]["content"]["application/json"]["examples"].as_object().unwrap();
+            assert!(!shown.is_empty(), "{path}");
+            for (name, example) in shown {
+                assert_valid(&answer_validator(&api, path), &example["value"], name);
+                let body = examples.iter().find(|example| example.name == name).unwrap().body;
+                let answer = server.post(&format!("{path}?precision=6"), body).json();
+                assert_eq!(quiet(&answer), example["value"], "{path} {name}");
+            }
+        }
+        let refused = &answers["422"]["content"]["application/problem+json"]["examples"]["refused"]["value"];
+        assert_valid(&problem_validator(&api), refused, path);
+        assert_eq!(refused["status"], 422, "{path}");
+    }
+}
+
+/// Without what is nothing but rounding.
+fn quiet(value: &Value) -> Value {
+    let small = |(place, value): &(String, Value)| value.as_f64().is_some_and(|x| x != 0.0 && x.abs() < 1e-12).then(|| place.clone());
+    places(value).iter().filter_map(small).fold(value.clone(), |value, place| with(&value, &place, json!(0.0)))
+}
+
+#[test]
+fn flat_answers_are_described() {
+    let (api, server) = (specification(), Server::start());
+    for (path, name, body) in examples().into_iter().filter(|(path, ..)| *path != "/v1/render") {
+        let flat = server.post_json(&format!("{path}?layout=flat"), &body).json();
+        assert_valid(&answer_validator(&api, path), &flat, name);
+        // Not for want of strictness: the one schema refuses what the other is for.
+        let both = api["paths"][path]["post"]["responses"]["200"]["content"]["application/json"]["schema"]["anyOf"].as_array().cloned();
+        let is_nested_only = server.ok(path, &body) == flat;
+        assert_eq!(both.is_none(), is_nested_only, "{path}");
+        if let Some(schemas) = both {
+            let fits: Vec<bool> = schemas.iter().map(|schema| validator(&api, schema).is_valid(&flat)).collect();
+            assert_eq!(fits, [false, true], "{path}");
+        }
+    }
+}
+
+#[test]
+fn lines_of_batches_are_described() {
+    let (api, server) = (specification(), Server::start());
+    let content = &api["paths"]["/v1/batch"]["post"];
+    let of = |content: &Value| validator(&api, &content["content"]["application/x-ndjson"]["x-item-schema"]);
+    let (line_in, line_out) = (of(&content["requestBody"]), of(&content["responses"]["200"]));
+    let mut text = String::new();
+    for (i, (path, name, body)) in examples().iter().enumerate() {
+        let id = if i % 2 == 0 { json!(name) } else { json!(i) };
+        let line = json!({"op": path.trim_start_matches("/v1/"), "id": id, "body": body});
+        assert_valid(&line_in, &line, name);
+        assert!(!line_in.is_valid(&with_key(&line, "", "more", json!(1))) && !line_in.is_valid(&without_key(&line, "", "op")));
+        text += &format!("{line}\n");
+    }
+    text += "{\"op\": \"fit\", \"body\": {}}\n";
+    for query in ["", "?layout=flat"] {
+        let answer = server.post_as(&format!("/v1/batch{query}"), Some("application/x-ndjson"), &text);
+        for line in answer.text().lines() {
+            assert_valid(&line_out, &serde_json::from_str(line).unwrap(), line);
+        }
+    }
+}
+
+#[test]
+fn the_specification_for_json_alone_has_nothing_else() {
+    let answer = Server::start().get("/openapi-json.json");
+    assert_eq!((answer.status, answer.header("content-type")), (200, "application/json"));
+    let (only, api) = (answer.json(), specification());
+    for (place, value) in places(&only).iter().filter(|(place, _)| place.ends_with("/content")) {
+        let types: Vec<&String> = value.as_object().unwrap().keys().collect();
+        assert!(types.iter().all(|name| ["application/json", "application/problem+json"].contains(&name.as_str())), "{place} {types:?}");
+    }
+    let pointers: BTreeSet<String> = places(&only).into_iter().filter_map(|(_, v)| v["$ref"].as_str().map(str::to_owned)).collect();
+    for name in schemas(&only).keys() {
+        assert!(!name.starts_with("Flat") || name == "FlatnessCuts", "{name}");
+        assert!(pointers.contains(&format!("#/components/schemas/{name}")), "nothing refers to {name}");
+        assert_eq!(only["components"]["schemas"][name], api["components"]["schemas"][name], "{name}");
+    }
+    let left_out = ["/v1/batch", "/v1/render", "/metrics"];
+    let kept: BTreeSet<&str> = paths(&api).map(|(path, _)| path).filter(|path| !left_out.contains(path)).collect();
+    assert_eq!(paths(&only).map(|(path, _)| path).collect::<BTreeSet<_>>(), kept);
 }
 
 #[test]
@@ -250,17 +376,15 @@ fn a_missing_key_is_refused_at_the_object_that_lacks_it() {
         for (object, fields) in objects(&body) {
             for key in fields.keys() {
                 let lacking = without_key(&body, &object, key);
-                // One of beta and lambda is needed, and a quasi-bezier curve sought needs a degree; a schema for that would be no single
-                // object for generated clients.
-                // So it is for other pairs of which one is needed.
+                // A quasi-bezier curve sought needs a degree, and of some pairs of fields one is needed; a schema for that would be no
+                // single object for generated clients.
                 let one_of_two: &[&str] = match path {
                     "/v1/render" => &["curves", "surfaces"],
                     "/v1/continuity" => &["curve", "curves"],
                     "/v1/reshape" => &["basis", "bases"],
                     _ => &[],
                 };
-                let beyond_schema = ["beta", "lambda"].contains(&key.as_str())
-                    || object.is_empty() && one_of_two.contains(&key.as_str())
+                let beyond_schema = object.is_empty() && one_of_two.contains(&key.as_str())
                     || (key == "degree" && fields.get("family").is_some_and(|f| f == "quasi-bezier"));
                 let needed = !request_validator(&judges.api, path).is_valid(&lacking) || beyond_schema;
                 let answer = judges.server.post_json(path, &lacking);

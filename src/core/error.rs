@@ -94,7 +94,7 @@ pub enum Fault {
         rule: &'static str,
     },
     /// A number outside its range.
-    #[error("{what} is {value:?}; allowed is {allowed}")]
+    #[error("{what} is {}; allowed is {allowed}", Shown(*.value))]
     OutOfRange {
         /// What the number is.
         what: &'static str,
@@ -224,6 +224,16 @@ pub enum Fault {
     /// Nobody waits for the result: see [`super::work`].
     #[error("the computation was stopped before its end, because nobody waited for it any more")]
     Cancelled,
+}
+
+/// A number as a client would write it: whole numbers without a fraction, small and large ones with an exponent.
+struct Shown(f64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = format!("{:?}", self.0);
+        f.write_str(text.strip_suffix(".0").unwrap_or(&text))
+    }
 }
 
 impl Fault {

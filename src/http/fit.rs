@@ -101,7 +101,7 @@ crate::object! {
 
 crate::object! {
     /// Unweighted distances between each data point and the curve at the point's parameter, measured on the curve returned.
-    pub struct FitError {
+    pub struct FitDeviation {
         /// The largest.
         required max: f64 = number().minimum(Some(0.0)),
         /// The root of the mean square.
@@ -110,7 +110,7 @@ crate::object! {
         required worst_index: Whole,
     }
 }
-crate::nested!(FitError);
+crate::nested!(FitDeviation);
 
 crate::object! {
     /// The fitted curve.
@@ -118,7 +118,7 @@ crate::object! {
         /// The curve.
         required curve: Curve,
         /// How far it is from the points.
-        required error: FitError,
+        required error: FitDeviation,
         /// The largest distance of the curve from the polyline of the points, section by section: the curve between the
         /// parameters of two neighbouring points (in the order of their parameters) against the straight segment between these points; what lies
         /// before the first parameter or after the last, against that point. Exact to 1e-9 of its value; no point of the
@@ -234,7 +234,7 @@ where
     let fit = core::fit(points, options)?;
     Ok(FitAnswer {
         curve: Some(Curve::of_core(fit.curve)),
-        error: Some(FitError { max: Some(fit.error.max), rms: Some(fit.error.rms), worst_index: Some(Whole(fit.error.worst_index)) }),
+        error: Some(FitDeviation { max: Some(fit.error.max), rms: Some(fit.error.rms), worst_index: Some(Whole(fit.error.worst_index)) }),
         between: Some(fit.between),
         parameters: Some(fit.parameters),
         iterations: Some(Whole(fit.iterations)),

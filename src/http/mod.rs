@@ -31,6 +31,7 @@ pub mod reshape;
 pub mod rounded;
 pub mod service;
 pub mod shape;
+pub mod specification;
 pub mod subdivide;
 pub mod surface_evaluate;
 pub mod surface_subdivide;
@@ -49,7 +50,7 @@ use utoipa::OpenApi;
 use utoipa::openapi::example::ExampleBuilder;
 use utoipa::openapi::path::{Parameter, ParameterBuilder, ParameterIn};
 use utoipa::openapi::request_body::RequestBody;
-use utoipa::openapi::schema::{KnownFormat, ObjectBuilder, SchemaFormat, Type};
+use utoipa::openapi::schema::{KnownFormat, ObjectBuilder, OneOfBuilder, Schema, SchemaFormat, Type};
 use utoipa::openapi::security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
 use utoipa::openapi::{Content, RefOr};
 use utoipa_axum::router::OpenApiRouter;
@@ -59,6 +60,7 @@ use utoipa_swagger_ui::SwaggerUi;
 use edge::Edge;
 use error::Problem;
 use service::Service;
+pub use specification::{json_only, openapi};
 
 /// A request body that the specification shows and a test runs.
 #[derive(Debug, Clone, Copy)]
@@ -141,8 +143,8 @@ fn routes() -> OpenApiRouter<Arc<Service>> {
         .routes(routes!(page::icon_ico))
 }
 
-/// The specification, OpenAPI 3.1, with its examples.
-pub fn openapi() -> utoipa::openapi::OpenApi {
+/// What paths and objects declare, with examples of requests.
+fn declared() -> utoipa::openapi::OpenApi {
     let mut api = routes().into_openapi();
     describe_keys(&mut api);
     for (path, examples) in OPERATIONS {
@@ -181,16 +183,14 @@ fn raw_content() -> Content {
 
 /// What every operation that answers with numbers takes in its address.
 fn shape_parameters() -> Vec<RefOr<Parameter>> {
-    let parameter = |name: &str, text: &str, schema: ObjectBuilder| {
-        let schema = schema.schema_type(Type::String);
+    let parameter = |name: &str, text: &str, schema: RefOr<Schema>| {
         RefOr::T(ParameterBuilder::new().name(name).parameter_in(ParameterIn::Query).description(Some(text)).schema(Some(schema)).build())
     };
     let precision = "`full` (the default): numbers parse back to the same double. `single`: as numbers of single precision. 1 to 17: rounded to so many significant digits.";
-    let layout = "`nested` (the default): a list for each point. `flat`: one list for all coordinates. The schemas show `nested`; the raw format is always flat.";
-    vec![
-        parameter("precision", precision, ObjectBuilder::new().pattern(Some("^(full|single|[1-9]|1[0-7])$"))),
-        parameter("layout", layout, ObjectBuilder::new().enum_values(Some(["nested", "flat"]))),
-    ]
+    let layout = "`nested` (the default): a list for each point. `flat`: one list for all coordinates. The raw format is always flat.";
+    let names = |names: &[&str]| ObjectBuilder::new().schema_type(Type::String).enum_values(Some(names.iter().copied()));
+    let precisions = OneOfBuilder::new().item(wire::whole(1, 17)).item(names(&["full", "single"]));
+    vec![parameter("precision", precision, precisions.into()), parameter("layout", layout, names(&["nested", "flat"]).into())]
 }
 
 /// Either header, or neither where the operator has set no keys.
@@ -208,9 +208,10 @@ fn describe_keys(api: &mut utoipa::openapi::OpenApi) {
 /// The whole service: routes, documentation, and what is done around them.
 pub fn service(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Edge {
     let (router, api) = routes().split_for_parts();
-    let paths = api.paths.paths.into_keys().chain([SPECIFICATION.into()]);
+    let paths = api.paths.paths.into_keys().chain([SPECIFICATION, JSON_ONLY].map(String::from));
     let router = router
         .with_state(service.clone())
+        .route(JSON_ONLY, get(json_only_text))
         .merge(SwaggerUi::new("/docs").url(SPECIFICATION, openapi()))
         .route("/docs/swagger-initializer.js", get(page::initializer))
         .fallback(not_found)
@@ -220,6 +221,13 @@ pub fn service(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Edge {
 
 /// Where the specification is.
 const SPECIFICATION: &str = "/openapi.json";
+
+/// Where the specification for clients of JSON alone is.
+const JSON_ONLY: &str = "/openapi-json.json";
+
+async fn json_only_text() -> axum::Json<utoipa::openapi::OpenApi> {
+    axum::Json(json_only())
+}
 
 /// What is answered on the address of the metrics.
 pub fn metrics_router(service: &Arc<Service>) -> Router {

@@ -107,7 +107,7 @@ pub const EXAMPLES: &[Example] = &[
 #[utoipa::path(
     post,
     path = "/v1/surfaces/evaluate",
-    operation_id = "evaluate_surface",
+    operation_id = "evaluateSurface",
     tag = "Surfaces",
     request_body = SurfaceEvaluateRequest,
     responses((status = 200, description = "The samples.", body = SurfaceEvaluateAnswer), Problems)

@@ -80,7 +80,7 @@ pub const EXAMPLES: &[Example] = &[
 #[utoipa::path(
     post,
     path = "/v1/surfaces/subdivide",
-    operation_id = "subdivide_surface",
+    operation_id = "subdivideSurface",
     tag = "Surfaces",
     request_body = SurfaceSubdivideRequest,
     responses((status = 200, description = "The pieces.", body = SurfaceSubdivideAnswer), Problems)

@@ -62,7 +62,7 @@ pub const EXAMPLES: &[Example] = &[
 #[utoipa::path(
     post,
     path = "/v1/surfaces/tessellate",
-    operation_id = "tessellate_surface",
+    operation_id = "tessellateSurface",
     tag = "Surfaces",
     request_body = SurfaceTessellateRequest,
     responses((status = 200, description = "The mesh.", body = SurfaceTessellateAnswer), Problems)

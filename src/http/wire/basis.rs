@@ -49,7 +49,7 @@ crate::union! {
     /// Bernstein polynomials: no shape parameter.
     "bezier" Bezier as BezierBasis: [] [];
     /// Cheng, Kazadi and Lin 2021: one shape parameter, any order.
-    "beta-bezier" Beta as BetaBezierBasis: [] [beta, lambda];
+    "beta-bezier" Beta as BetaBezierBasis: [] [beta, lambda] either [beta as BetaBezierBasis, lambda as BetaBezierBasisByLambda];
     /// Li 2014: two shape parameters, cubic.
     "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierBasis: [alpha, beta] [] where {
         /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier curve.
@@ -201,9 +201,8 @@ impl<'de> serde::Deserialize<'de> for Target {
 
 impl super::Field for Target {
     fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
-        use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Type};
-        let name = ObjectBuilder::new().schema_type(Type::String).enum_values(Some(["bezier"]));
-        OneOfBuilder::new().item(name).item(<Basis as super::Field>::schema()).into()
+        use utoipa::openapi::schema::OneOfBuilder;
+        OneOfBuilder::new().item(super::object::constant("bezier")).item(<Basis as super::Field>::schema()).into()
     }
 
     fn collect(components: &mut super::field::Components) {

@@ -39,7 +39,8 @@ crate::union! {
     /// A Bezier curve over [0, 1].
     "bezier" Bezier as BezierCurve: [control_points] [];
     /// A Beta-Bezier curve over [0, 1] (Cheng, Kazadi and Lin 2021).
-    "beta-bezier" Beta as BetaBezierCurve: [control_points] [beta, lambda];
+    "beta-bezier" Beta as BetaBezierCurve: [control_points] [beta, lambda]
+        either [beta as BetaBezierCurve, lambda as BetaBezierCurveByLambda];
     /// An alpha-beta-Bezier curve over [0, alpha] with 4 control points (Li 2014).
     "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierCurve: [alpha, beta, control_points] [] where {
         /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier curve.

@@ -366,10 +366,7 @@ macro_rules! names {
 
         impl $crate::http::wire::Field for $name {
             fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
-                utoipa::openapi::schema::ObjectBuilder::new()
-                    .schema_type(utoipa::openapi::schema::Type::String)
-                    .enum_values(Some([$($text),*]))
-                    .into()
+                $crate::http::wire::one_of(&[$($text),*])
             }
         }
     };

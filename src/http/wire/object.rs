@@ -51,7 +51,8 @@ macro_rules! object {
 }
 
 /// Declares a JSON object whose fields depend on a tag: all fields once, then the variants, each with the name
-/// of its schema, the fields it requires and allows, and, in `where { .. }`, those that it describes otherwise.
+/// of its schema, the fields it requires and allows, in `either [..]` those of which exactly one is given, each with the name of the
+/// schema of that choice, and, in `where { .. }`, those that it describes otherwise.
 ///
 /// The struct is flat, so that a fault anywhere inside keeps its exact place; `kind` checks that the fields
 /// present are those of the variant. The schema is a `oneOf` with a discriminator.
@@ -62,6 +63,7 @@ macro_rules! union {
         $($(#[doc = $fdoc:literal])* $field:ident: $type:ty $(= $schema:expr)?),* $(,)?
     }
     $($(#[doc = $vdoc:literal])* $text:literal $variant:ident as $schema_name:ident: [$($required:ident),*] [$($optional:ident),*]
+        $(either [$($choice:ident as $choice_schema:ident),*])?
         $(where { $($(#[doc = $odoc:literal])* $own:ident = $oschema:expr),* $(,)? })?;)*) => {
         $crate::names! { #[doc = "The variants."] pub enum $kind { $($(#[doc = $vdoc])* $variant = $text),* } }
 
@@ -77,6 +79,7 @@ macro_rules! union {
                 doc: concat!($($vdoc, "\n"),*),
                 required: &[$(stringify!($required)),*],
                 optional: &[$(stringify!($optional)),*],
+                either: &[$($((stringify!($choice), stringify!($choice_schema))),*)?],
                 own: || vec![$($($crate::part!($(#[doc = $odoc])* $own: () = $oschema)),*)?],
             }),*];
 
@@ -287,11 +290,21 @@ pub struct Variant {
     pub required: &'static [&'static str],
     /// The fields it may have.
     pub optional: &'static [&'static str],
+    /// Fields of which exactly one is given, with the name of the schema for each choice; mostly none.
+    pub either: &'static [(&'static str, &'static str)],
     /// The fields that it describes otherwise than the union does.
     pub own: fn() -> Vec<Part>,
 }
 
 impl Variant {
+    /// The names of its schemas, each with the field chosen, where there is a choice.
+    fn forms(&self) -> Vec<(&'static str, Option<&'static str>)> {
+        match self.either {
+            [] => vec![(self.schema_name, None)],
+            choices => choices.iter().map(|(field, schema_name)| (*schema_name, Some(*field))).collect(),
+        }
+    }
+
     fn has(&self, field: &str) -> bool {
         self.required.contains(&field) || self.optional.contains(&field)
     }
@@ -318,6 +331,21 @@ impl Variant {
     }
 }
 
+/// The schema of text that is always the same.
+pub fn constant(value: &str) -> ObjectBuilder {
+    // OpenAPI 3.1 has the keyword from JSON Schema; the builder has not.
+    let keyword = [("const", value)].into_iter().collect();
+    ObjectBuilder::new().schema_type(Type::String).extensions(Some(keyword))
+}
+
+/// The schema of text that is one of these.
+pub fn one_of(names: &[&str]) -> RefOr<Schema> {
+    match names {
+        [only] => constant(only).into(),
+        several => ObjectBuilder::new().schema_type(Type::String).enum_values(Some(several.iter().copied())).into(),
+    }
+}
+
 /// The closed schema of an object; `tag` adds a property with one allowed value; `own` replaces parts of the same name. `required` answers `None` for
 /// fields that the object does not have.
 pub fn schema_of(
@@ -329,8 +357,7 @@ pub fn schema_of(
 ) -> RefOr<Schema> {
     let mut object = ObjectBuilder::new().schema_type(Type::Object).description(Some(tidy(doc)));
     if let Some((name, value)) = tag {
-        let text = ObjectBuilder::new().schema_type(Type::String).enum_values(Some([value]));
-        object = object.property(name, text.description(Some(format!("Always `{value}`.")))).required(name);
+        object = object.property(name, constant(value).description(Some(format!("Always `{value}`.")))).required(name);
     }
     for part in parts {
         let Some(required) = required(part.name) else { continue };
@@ -347,13 +374,20 @@ pub fn schema_of(
 pub fn union_schema(name: &str, doc: &str, tag: &str, variants: &[Variant], parts: &[Part], components: &mut Vec<(String, RefOr<Schema>)>) {
     let reference = |variant: &Variant| format!("#/components/schemas/{}", variant.schema_name);
     let mapping = variants.iter().map(|variant| (variant.text, reference(variant)));
-    let discriminator = Discriminator::with_mapping(tag, mapping);
-    let mut union = OneOfBuilder::new().description(Some(tidy(doc))).discriminator(Some(discriminator));
+    // A value that several schemas share maps to none; the constants in the schemas tell the variants apart all the same.
+    let is_told = variants.iter().all(|variant| variant.either.is_empty());
+    let discriminator = is_told.then(|| Discriminator::with_mapping(tag, mapping));
+    let mut union = OneOfBuilder::new().description(Some(tidy(doc))).discriminator(discriminator);
     for variant in variants {
-        let required = |field: &str| variant.has(field).then(|| variant.required.contains(&field));
-        let schema = schema_of(variant.doc, Some((tag, variant.text)), parts, &(variant.own)(), required);
-        components.push((variant.schema_name.into(), schema));
-        union = union.item(Ref::from_schema_name(variant.schema_name));
+        for (schema_name, chosen) in variant.forms() {
+            let required = |field: &str| match chosen {
+                Some(chosen) if variant.either.iter().any(|(other, _)| *other == field) => (field == chosen).then_some(true),
+                _ => variant.has(field).then(|| variant.required.contains(&field)),
+            };
+            let schema = schema_of(variant.doc, Some((tag, variant.text)), parts, &(variant.own)(), required);
+            components.push((schema_name.into(), schema));
+            union = union.item(Ref::from_schema_name(schema_name));
+        }
     }
     components.push((name.into(), union.into()));
 }
