@@ -37,9 +37,13 @@ pub struct Config {
     /// Computations that run at once; 0 takes the cores this process may use
     #[arg(long, global = true, env = "SPRINGLINE_WORKERS", value_name = "N", default_value = "0", value_parser = whole(0, 1_024))]
     pub workers: usize,
-    /// Computations that may wait for a worker; more are refused with 503
-    #[arg(long, global = true, env = "SPRINGLINE_QUEUE", value_name = "N", default_value = "16", value_parser = whole(0, 1_000_000))]
+    /// Computations that may wait for a worker, whatever they are expected to take; more are refused with 503
+    #[arg(long, global = true, env = "SPRINGLINE_QUEUE", value_name = "N", default_value = "1024", value_parser = whole(0, 1_000_000))]
     pub queue: usize,
+    /// Percent of the deadline that waiting and computing may be expected to take; what is expected to take longer, and would have to
+    /// wait, is refused with 503
+    #[arg(long, global = true, env = "SPRINGLINE_QUEUE_SHARE", value_name = "PERCENT", default_value = "50", value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub queue_share: u32,
     /// Open connections; more are refused with 503
     #[arg(long, global = true, env = "SPRINGLINE_CONNECTIONS", value_name = "N", default_value = "4096", value_parser = whole(1, 1_000_000))]
     pub connections: usize,

@@ -58,7 +58,7 @@ pub struct Because {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, EncodeLabelValue)]
 #[allow(non_camel_case_types, reason = "the names are the label values")]
 pub enum Reason {
-    /// The queue of computations is full.
+    /// What waits for the workers is too much, by heads or by expected time.
     queue,
     /// The memory for bodies and answers is in use.
     memory,
@@ -112,6 +112,8 @@ pub struct Metrics {
     pub answer_bytes: Histograms,
     /// Computations waiting for a worker.
     pub queued: Gauge,
+    /// Seconds until what waits and runs is expected to be computed; set when it is asked for.
+    pub expected_wait: Gauge<f64, AtomicU64>,
     /// Computations running.
     pub running: Gauge,
     /// Requests and connections refused because the service is full.
@@ -140,6 +142,7 @@ impl Default for Metrics {
             request_bytes: bytes(),
             answer_bytes: bytes(),
             queued: Gauge::default(),
+            expected_wait: Gauge::default(),
             running: Gauge::default(),
             shed: Family::default(),
             cancelled: Family::default(),
@@ -182,6 +185,8 @@ impl Metrics {
         registry.register_with_unit("request_size", "Bodies received", Unit::Bytes, self.request_bytes.clone());
         registry.register_with_unit("answer_size", "Answers", Unit::Bytes, self.answer_bytes.clone());
         registry.register("queue_depth", "Computations waiting for a worker", self.queued.clone());
+        let help = "Until what waits and runs is expected to be computed";
+        registry.register_with_unit("expected_wait", help, Unit::Seconds, self.expected_wait.clone());
         registry.register("computations_running", "Computations running", self.running.clone());
         registry.register("shed", "Requests and connections refused because the service is full", self.shed.clone());
         registry.register("computations_cancelled", "Computations stopped before their end", self.cancelled.clone());

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! One section: add its name. `ENDURANCE_REQUESTS` sets how many requests the memory is watched over, a million by default;
-//! `ENDURANCE_BINARY` names another binary to measure. What depends on the machine and on what else it does is marked where it
-//! misses its promise, and fails only where it misses by far.
+//! `ENDURANCE_BINARY` names another binary to measure. A promise that is missed fails its section, after all its figures are printed:
+//! the machine must do nothing else meanwhile.
 #![cfg(target_os = "linux")]
 
 mod load;
@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::{scope, sleep};
@@ -141,21 +141,21 @@ fn saturation() {
     let busy = queued.into_inner().unwrap();
     report.plain("computations running and waiting, mean", format!("{:.1}", busy.iter().sum::<f64>() / busy.len() as f64));
     report.plain("answered with 200, 503, otherwise", format!("{:?}", counts.into_inner().unwrap()));
-    report.plain("refused because the queue was full", server.metric("springline_shed_total{reason=\"queue\"}"));
+    report.plain("refused because what waited was too much", server.metric("springline_shed_total{reason=\"queue\"}"));
     report.plain("GET /livez, median", shown(percentile(&mut live, 50)));
-    report.within("GET /livez, p99", percentile(&mut live, 99), ms(20), Some(ms(480)));
+    report.within("GET /livez, p99", percentile(&mut live, 99), ms(20));
     report.plain("POST /v1/evaluate of 20 points, median", shown(percentile(&mut small, 50)));
-    report.within("POST /v1/evaluate of 20 points, p99", percentile(&mut small, 99), ms(20), None);
+    report.within("POST /v1/evaluate of 20 points, p99", percentile(&mut small, 99), ms(20));
     report.end();
 }
 
 // ---- 2
 
-/// Answers a second, from twice as many clients as there are workers.
-fn peak(server: &Server, request: &[u8], time: Duration) -> f64 {
+/// Answers a second, from so many clients.
+fn peak(server: &Server, request: &[u8], clients: usize, time: Duration) -> f64 {
     let (count, started) = (AtomicUsize::new(0), Instant::now());
     scope(|scope| {
-        for _ in 0..2 * workers() {
+        for _ in 0..clients {
             scope.spawn(|| {
                 let mut client = None;
                 while started.elapsed() < time {
@@ -168,53 +168,128 @@ fn peak(server: &Server, request: &[u8], time: Duration) -> f64 {
     count.into_inner() as f64 / started.elapsed().as_secs_f64()
 }
 
-#[test]
-#[ignore = "takes half a minute and wants the machine for itself"]
-fn overload() {
-    let mut report = Report::start("Ten times as many requests as can be served");
-    let server = Server::start();
-    let request = medium();
-    let peak = peak(&server, &request, ms(5_000));
-    report.plain("peak, requests a second", format!("{peak:.0}"));
+/// The service on the first half of the cores, this process and with it all clients on the others: what a client costs is not taken from
+/// the service, which is what is measured.
+fn apart(settings: &[&str]) -> Server {
+    let cores = workers();
+    assert!(cores >= 2, "the service and its clients need a core each");
+    Process::own().pin(&format!("{}-{}", cores / 2, cores - 1));
+    let mut command = Command::new("taskset");
+    command.args(["-c", &format!("0-{}", cores / 2 - 1)]).arg(binary().get_program());
+    command.args(["serve", "--listen", "127.0.0.1:0", "--log", "error"]).args(settings).env("SPRINGLINE_GRACE", "0s");
+    Server::run(command)
+}
 
-    const SENDERS: usize = 256;
-    let time = ms(10_000);
-    let between = Duration::from_secs_f64(SENDERS as f64 / (10.0 * peak));
-    let replies = Mutex::new(Vec::new());
-    let (cpu, own) = (server.process().cpu(), Process::own().cpu());
-    let started = Instant::now();
+/// This process on all cores again.
+fn together() {
+    Process::own().pin(&format!("0-{}", cores() - 1));
+}
+
+/// All cores, also those this process is not bound to.
+fn cores() -> usize {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap();
+    text.lines().filter(|line| line.starts_with("processor")).count()
+}
+
+/// What became of requests, and after what time.
+#[derive(Default)]
+struct Replies(Vec<(Option<(u16, bool)>, Duration)>);
+
+impl Replies {
+    fn count(&self, status: u16) -> usize {
+        self.times(status).len()
+    }
+
+    fn times(&self, status: u16) -> Vec<Duration> {
+        self.0.iter().filter(|(reply, _)| reply.is_some_and(|(known, _)| known == status)).map(|(_, time)| *time).collect()
+    }
+}
+
+/// Offers so many requests a second, each sender its part of them; who waits for an answer sends what is due meanwhile after it.
+fn offer(server: &Server, request: &[u8], senders: usize, rate: f64, time: Duration) -> Replies {
+    let between = Duration::from_secs_f64(senders as f64 / rate);
+    let (replies, started) = (Mutex::new(Replies::default()), Instant::now());
     scope(|scope| {
-        for i in 0..SENDERS {
-            let (server, request, replies) = (&server, &request, &replies);
+        for i in 0..senders {
+            let replies = &replies;
             scope.spawn(move || {
                 let (mut client, mut mine) = (None, Vec::new());
-                let mut due = started + between.mul_f64(i as f64 / SENDERS as f64);
-                while due < started + time {
+                let mut due = started + between.mul_f64(i as f64 / senders as f64);
+                while due < started + time && started.elapsed() < time {
                     sleep(due.saturating_duration_since(Instant::now()));
                     let sent = Instant::now();
                     let reply = ask(&mut client, &server.address, request).ok().map(|reply| (reply.status, reply.retry_after));
                     mine.push((reply, sent.elapsed()));
                     due += between;
                 }
-                replies.lock().unwrap().extend(mine);
+                replies.lock().unwrap().0.extend(mine);
             });
         }
     });
+    replies.into_inner().unwrap()
+}
+
+#[test]
+#[ignore = "takes half a minute and wants the machine for itself"]
+fn overload() {
+    let mut report = Report::start("Ten times as many requests as can be served");
+    // With the time of half a second for what waits, so that a few hundred clients are too many.
+    let server = apart(&["--deadline", "1s"]);
+    let request = medium();
+    let clients = 4 * workers();
+    peak(&server, &request, clients, ms(2_000));
+    let before = peak(&server, &request, clients, ms(4_000));
+    let (cpu, own, started) = (server.process().cpu(), Process::own().cpu(), Instant::now());
+    let replies = offer(&server, &request, 512, 10.0 * before, ms(10_000));
     let elapsed = started.elapsed().as_secs_f64();
-    let replies = replies.into_inner().unwrap();
-    let good = replies.iter().filter(|(reply, _)| matches!(reply, Some((200, _)))).count();
-    let mut refused: Vec<Duration> = replies.iter().filter(|(reply, _)| matches!(reply, Some((503, _)))).map(|(_, time)| *time).collect();
-    let bare = replies.iter().filter(|(reply, _)| *reply == Some((503, false))).count();
-    let broken = replies.iter().filter(|(reply, _)| reply.is_none()).count();
-    report.plain("offered, requests a second", format!("{:.0}", replies.len() as f64 / elapsed));
-    report.plain("cores used by the service", format!("{:.2}", (server.process().cpu() - cpu).as_secs_f64() / elapsed));
-    report.plain("cores used by the load itself", format!("{:.2}", (Process::own().cpu() - own).as_secs_f64() / elapsed));
-    report.share("goodput, of the peak", 100.0 * good as f64 / elapsed / peak, 90.0..=1e3, 30.0..=1e3);
+    let (cpu, own) = (server.process().cpu() - cpu, Process::own().cpu() - own);
+    // The machine may have become slower or faster meanwhile.
+    let peak = (before + peak(&server, &request, clients, ms(4_000))) / 2.0;
+    together();
+    let (good, mut refused) = (replies.count(200), replies.times(503));
+    let bare = replies.0.iter().filter(|(reply, _)| *reply == Some((503, false))).count();
+    let broken = replies.0.iter().filter(|(reply, _)| reply.is_none()).count();
+    report.plain("peak, requests a second", format!("{peak:.0}"));
+    report.plain("offered, requests a second", format!("{:.0}", replies.0.len() as f64 / elapsed));
+    report.plain("cores used by the service", format!("{:.2}", cpu.as_secs_f64() / elapsed));
+    report.plain("cores used by the load itself", format!("{:.2}", own.as_secs_f64() / elapsed));
+    report.share("goodput, of the peak", 100.0 * good as f64 / elapsed / peak, 90.0..=1e3);
+    report.within("answers, p99, deadline 1 s", percentile(&mut replies.times(200), 99), ms(1_000));
     report.plain("refused with 503", refused.len());
     report.plain("503, median", shown(percentile(&mut refused, 50)));
-    report.within("503, p99", percentile(&mut refused, 99), ms(20), None);
+    report.within("503, p99", percentile(&mut refused, 99), ms(20));
     report.exactly("503 without Retry-After", bare, 0);
     report.exactly("requests without an answer", broken, 0);
+    report.exactly("statuses other than 200 and 503", replies.0.len() - good - refused.len() - broken, 0);
+    report.end();
+}
+
+#[test]
+#[ignore = "takes half a minute and wants the machine for itself"]
+fn many_clients() {
+    let mut report = Report::start("256 clients that ask for 10,000 samples each, one core, defaults");
+    let server = apart(&["--workers", "1"]);
+    server.process().pin("0");
+    let request = evaluate(10_000, 0);
+    let (stop, mut live, mut small) = (AtomicBool::new(false), Vec::new(), Vec::new());
+    let mut replies = Replies::default();
+    scope(|scope| {
+        let probes = [get("/livez"), evaluate(20, 1)];
+        let [first, second] = probes.map(|request| {
+            let (address, stop) = (&server.address, &stop);
+            scope.spawn(move || latencies(address, &request, stop))
+        });
+        replies = offer(&server, &request, 256, 1e6, ms(10_000));
+        stop.store(true, Ordering::Relaxed);
+        (live, small) = (first.join().unwrap(), second.join().unwrap());
+    });
+    together();
+    report.plain("answered", replies.count(200));
+    report.exactly("not answered with 200", replies.0.len() - replies.count(200), 0);
+    report.within("p99", percentile(&mut replies.times(200), 99), ms(2_000));
+    report.within("GET /livez meanwhile, p99", percentile(&mut live, 99), ms(20));
+    report.within("POST /v1/evaluate of 20 points meanwhile, p99", percentile(&mut small, 99), ms(20));
+    report.below("memory at the peak", server.process().peak(), Bytes(512 * MIB));
     report.end();
 }
 
@@ -243,11 +318,11 @@ fn freed_cores() {
         if reply.status != 504 {
             report.plain(&format!("largest {name}: done before the deadline"), shown(sent.elapsed()));
         } else {
-            report.within(&format!("largest {name}, deadline 300 ms: 504 after"), sent.elapsed(), ms(400), Some(ms(2_000)));
-            report.within(&format!("largest {name}: cores free after the 504"), until_free(&mut watch), ms(100), None);
+            report.within(&format!("largest {name}, deadline 300 ms: 504 after"), sent.elapsed(), ms(400));
+            report.within(&format!("largest {name}: cores free after the 504"), until_free(&mut watch), ms(100));
             let cpu = server.process().cpu();
             sleep(ms(500));
-            report.within(&format!("largest {name}: work in the half second after that"), server.process().cpu() - cpu, ms(30), None);
+            report.within(&format!("largest {name}: work in the half second after that"), server.process().cpu() - cpu, ms(30));
         }
 
         let server = Server::start();
@@ -259,7 +334,7 @@ fn freed_cores() {
         }
         sleep(ms(100));
         drop(client);
-        report.within(&format!("largest {name}: cores free after the client left"), until_free(&mut watch), ms(100), None);
+        report.within(&format!("largest {name}: cores free after the client left"), until_free(&mut watch), ms(100));
     }
     report.end();
 }
@@ -288,7 +363,7 @@ fn closed_after(address: &str, slow: &Slow, count: usize) -> Vec<Option<Duration
     while streams.len() < count || (started.elapsed() < slow.limit + ms(12_000) && streams.iter().any(Option::is_some)) {
         let more = (count - streams.len()).min(50);
         streams.extend((0..more).map(|_| open()));
-        times.resize(streams.len(), None);
+        times.resize(streams.len());
         let drip = slow.drips && Instant::now() >= next_drip;
         if drip {
             next_drip += ms(1_000);
@@ -341,9 +416,9 @@ fn slow_clients() {
             let last = times.into_iter().flatten().max().unwrap_or_default();
             report.exactly(&format!("{}: never closed", slow.name), left, 0);
             report.exactly(&format!("{}: closed early", slow.name), early, 0);
-            report.within(&format!("{}: the last closed after", slow.name), last, slow.limit + ms(1_000), Some(ms(3_000)));
+            report.within(&format!("{}: the last closed after", slow.name), last, slow.limit + ms(1_000));
         });
-        report.within(&format!("{}: GET /livez meanwhile, p99", slow.name), percentile(&mut live, 99), ms(50), None);
+        report.within(&format!("{}: GET /livez meanwhile, p99", slow.name), percentile(&mut live, 99), ms(50));
         sleep(ms(1_500));
         report.exactly(&format!("{}: connections left in the service", slow.name), server.metric("springline_connections"), 1.0);
     }
@@ -373,7 +448,7 @@ fn slow_clients() {
         }
         let left = metric(&mut watch, "springline_connections") - 1.0;
         report.exactly(&format!("{name}: never closed"), left, 0.0);
-        report.within(&format!("{name}: the last closed after"), started.elapsed(), ms(4_000), Some(ms(8_000)));
+        report.within(&format!("{name}: the last closed after"), started.elapsed(), ms(4_000));
         report.plain(&format!("{name}: closed for that"), server.metric("springline_connections_closed_total{reason=\"answer\"}"));
         drop(streams);
     }
@@ -503,7 +578,7 @@ fn memory_over_time() {
     report.plain("requests a second", format!("{rate:.0}"));
     report.plain("after a tenth", early);
     report.plain("after all", late);
-    report.share("growth", 100.0 * (late.0 as f64 / early.0 as f64 - 1.0), -100.0..=10.0, -100.0..=10.0);
+    report.share("growth", 100.0 * (late.0 as f64 / early.0 as f64 - 1.0), -100.0..=10.0);
     report.end();
 }
 
@@ -531,7 +606,7 @@ fn start() {
         child.kill().unwrap();
         child.wait().unwrap();
     }
-    report.within("median", percentile(&mut times, 50), ms(100), Some(ms(900)));
+    report.within("median", percentile(&mut times, 50), ms(100));
     report.plain("slowest", shown(percentile(&mut times, 100)));
     report.end();
 }
@@ -612,7 +687,7 @@ fn stop() {
     // Connections used once leave ports behind that the system keeps for a while: not too many a second.
     let kinds = [("pooled", medium(), false, 1e9), ("small", small.clone(), false, 1e9), ("small, a connection each", small, true, 500.0)];
     for (name, request, fresh, most) in kinds {
-        let rate = (0.8 * peak(&Server::start(), &request, ms(2_000))).min(most);
+        let rate = (0.8 * peak(&Server::start(), &request, 2 * workers(), ms(2_000))).min(most);
         report.plain(&format!("20 signals, {name}: requests a second"), format!("{rate:.0}"));
         let mut all = Stopped::default();
         let mut failed = 0;
@@ -628,7 +703,7 @@ fn stop() {
         report.exactly(&format!("20 signals, {name}: sent in time and lost"), all.lost, 0);
         report.plain(&format!("20 signals, {name}: sent too late"), all.late);
         report.exactly(&format!("20 signals, {name}: exit codes other than 0"), failed, 0);
-        report.within(&format!("20 signals, {name}: slowest exit, grace 300 ms"), all.time, ms(1_300), Some(ms(5_000)));
+        report.within(&format!("20 signals, {name}: slowest exit, grace 300 ms"), all.time, ms(1_300));
     }
 
     let mut server = graceful(&["--grace", "500ms"]);
@@ -639,7 +714,7 @@ fn stop() {
     server.process().signal("TERM");
     let started = Instant::now();
     let code = server.child.wait().unwrap().code();
-    report.within("1,000 idle, 100 half open, grace 500 ms: exit after", started.elapsed(), ms(1_500), Some(ms(2_000)));
+    report.within("1,000 idle, 100 half open, grace 500 ms: exit after", started.elapsed(), ms(1_500));
     report.exactly("1,000 idle, 100 half open: exit code", code.unwrap_or(-1), 0);
     drop((idle, half));
 
@@ -652,7 +727,7 @@ fn stop() {
     server.process().signal("TERM");
     let started = Instant::now();
     let code = server.child.wait().unwrap().code();
-    report.within("a second signal, a computation running: exit after", started.elapsed(), ms(100), Some(ms(1_000)));
+    report.within("a second signal, a computation running: exit after", started.elapsed(), ms(100));
     report.plain("a second signal: exit code", format!("{code:?}"));
     report.end();
 }

@@ -16,6 +16,7 @@ use axum::http::Request;
 use http_body_util::BodyExt;
 use serde_json::{Value, json};
 use springline::config::Config;
+use springline::http::cost::Cost;
 use springline::http::edge::Edge;
 use springline::http::service::Service;
 use support::*;
@@ -120,7 +121,7 @@ async fn a_full_service_refuses_work_and_still_answers_what_is_small() {
     let request = medium();
     let waiting = inside.post("/v1/fit", &request);
     let meanwhile = async {
-        while inside.service.pool.has_room() {
+        while inside.service.pool.has_room(&Cost::other()) {
             yield_now().await;
         }
         let refused = inside.post("/v1/fit", &medium()).await;

@@ -16,6 +16,7 @@ use tokio::sync::mpsc;
 use tokio::task::{JoinError, JoinHandle};
 use tokio::time::{Instant, sleep, timeout};
 
+use super::cost::Cost;
 use super::error::{Problem, Problems};
 use super::lines::{Cutter, Part};
 use super::negotiate;
@@ -257,9 +258,11 @@ async fn compute(part: &Part, batch: &Batch) -> Sheets {
 async fn attempt(part: &Part, batch: &Batch) -> Result<Sheets, Problem> {
     let (service, shape) = (&batch.service, batch.shape);
     loop {
+        let bytes = part.text.len();
         let (part, budget, max_depth) = (part.clone(), service.budget.clone(), service.max_depth);
         let job = move || part.answer(shape, max_depth, &budget);
-        match service.pool.run(Instant::now() + service.deadline, job).await {
+        let cost = Cost::of_batch(bytes);
+        match service.pool.compute(cost, Instant::now() + service.deadline, job).await {
             Ok(sheets) => return sheets,
             Err(Failure::Full) => sleep(RETRY).await,
             Err(failure) => return Err(batch.failed(failure)),

@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::body::{Body, HttpBody};
 use axum::extract::{FromRequest, Request};
@@ -13,6 +14,7 @@ use serde::Serialize;
 use tokio::time::{Instant, timeout};
 
 use super::budget::{NoRoom, Reservation};
+use super::cost::{Cost, Costed};
 use super::error::Problem;
 use super::json;
 use super::negotiate::{self, Form};
@@ -29,6 +31,11 @@ use crate::metrics::Reason;
 /// A body up to this size is read without being counted against the budget, and parsed where it arrives.
 const SMALL: usize = 16 * 1024;
 
+/// A body up to this size is read and thrown away when its request is refused, if it arrives within the time, so that the next
+/// request can come on the same connection: to open another costs more than that.
+const DISCARDED: u64 = 256 * 1024;
+const DISCARDING: Duration = Duration::from_millis(5);
+
 /// A request to an operation, its body read.
 pub struct Call {
     service: Arc<Service>,
@@ -37,6 +44,8 @@ pub struct Call {
     headers: HeaderMap,
     shape: Shape,
     deadline: Instant,
+    /// What is expected of it by its length alone.
+    cost: Cost,
 }
 
 /// A body and the memory reserved for it.
@@ -56,13 +65,27 @@ impl FromRequest<Arc<Service>> for Call {
             return Err(too_large(service));
         }
         // A long body that would find no worker is refused before it is read.
-        if declared.is_none_or(|bytes| bytes > SMALL as u64) && !service.pool.has_room() {
-            return Err(refused(service, Reason::queue));
+        if declared.is_none_or(|bytes| bytes > SMALL as u64) {
+            let cost = Cost::of_body(request.uri().path(), declared.unwrap_or(SMALL as u64) as usize);
+            if !service.pool.has_room(&cost) {
+                discard(request, declared).await;
+                return Err(refused(service, Reason::queue));
+            }
         }
         let (head, body) = request.into_parts();
         let received = timeout(service.body_time, receive(body, declared, service)).await;
         let body = received.map_err(|_| body_too_slow(service))??;
-        Ok(Call { service: service.clone(), body, form, headers: head.headers, shape, deadline: Instant::now() + service.deadline })
+        let cost = Cost::of_body(head.uri.path(), body.bytes.len());
+        Ok(Call { service: service.clone(), body, form, headers: head.headers, shape, deadline: Instant::now() + service.deadline, cost })
+    }
+}
+
+/// Reads a body that nobody wants, if that is soon done and the client does not wait to be asked for it.
+async fn discard(request: Request, declared: Option<u64>) {
+    if declared.is_some_and(|bytes| bytes <= DISCARDED) && !request.headers().contains_key(header::EXPECT) {
+        let mut body = request.into_body();
+        let reading = async { while let Some(Ok(_)) = body.frame().await {} };
+        let _ = timeout(DISCARDING, reading).await;
     }
 }
 
@@ -113,9 +136,10 @@ pub(super) fn body_too_slow(service: &Service) -> Problem {
 /// There is no room now; counts it.
 fn refused(service: &Service, reason: Reason) -> Problem {
     service.metrics.shed(reason);
-    let what =
-        if reason == Reason::memory { "the memory for bodies and answers is in use" } else { "all workers are busy and the queue is full" };
-    Problem::overloaded(what)
+    match reason {
+        Reason::memory => Problem::overloaded("the memory for bodies and answers is in use"),
+        _ => Problem::overloaded("all workers are busy, and what waits for them is too much").for_about(service.pool.retry()),
+    }
 }
 
 /// How an operation writes its answer.
@@ -125,7 +149,7 @@ impl Call {
     /// Answers with JSON; `is_small` says which requests cost less than handing them to another thread is worth.
     pub async fn json<Request, Answer>(self, operation: fn(Request) -> Result<Answer, Error>, is_small: fn(&Request) -> bool) -> Response
     where
-        Request: json::Request + Send + 'static,
+        Request: json::Request + Costed + Send + 'static,
         Answer: Serialize + 'static,
     {
         self.answer(&["application/json", RAW], operation, is_small, json::write).await
@@ -134,7 +158,7 @@ impl Call {
     /// Answers with a picture.
     pub async fn svg<Request>(self, operation: fn(Request) -> Result<String, Error>) -> Response
     where
-        Request: json::Request + Send + 'static,
+        Request: json::Request + Costed + Send + 'static,
     {
         let write: Writer<String> = |text, _, paper| operations::picture(text, paper);
         self.answer(&["image/svg+xml"], operation, |_| false, write).await
@@ -148,7 +172,7 @@ impl Call {
         write: Writer<Answer>,
     ) -> Response
     where
-        Request: json::Request + Send + 'static,
+        Request: json::Request + Costed + Send + 'static,
         Answer: 'static,
     {
         let media_type = match negotiate::wanted(&self.headers, offered) {
@@ -195,10 +219,10 @@ impl Call {
         packing: Option<Packing>,
     ) -> Result<Sheets, Problem>
     where
-        Request: json::Request + Send + 'static,
+        Request: json::Request + Costed + Send + 'static,
         Answer: 'static,
     {
-        let Call { service, body, form, shape, deadline, .. } = self;
+        let Call { service, body, form, shape, deadline, cost, .. } = self;
         let written_by = service.clone();
         // With the body, where it is still there, faults come in its order.
         let written = move |request: Request, body: &[u8]| -> Result<Sheets, Problem> {
@@ -210,20 +234,27 @@ impl Call {
             Some(packing) => packing.pack(sheets),
             None => Ok(sheets),
         };
-        let max_depth = service.max_depth;
+        let (max_depth, budget) = (service.max_depth, service.budget.clone());
         let result = if body.bytes.len() > SMALL {
             let job = move || {
                 let request = read(&body.bytes, form, max_depth);
                 drop(body);
-                written(request?, &[]).and_then(pack)
+                let request: Request = request?;
+                budget.await_room(request.cost().answer);
+                written(request, &[]).and_then(pack)
             };
-            service.pool.run(deadline, job).await
+            service.pool.compute(cost, deadline, job).await
         } else {
             let request: Request = read(&body.bytes, form, max_depth)?;
             if is_small(&request) {
                 catch_unwind(AssertUnwindSafe(|| written(request, &body.bytes))).map_err(|_| Failure::Panicked)
             } else {
-                service.pool.run(deadline, move || written(request, &body.bytes).and_then(pack)).await
+                let cost = request.cost();
+                let job = move || {
+                    budget.await_room(cost.answer);
+                    written(request, &body.bytes).and_then(pack)
+                };
+                service.pool.compute(cost, deadline, job).await
             }
         };
         match result {

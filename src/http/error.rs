@@ -1,6 +1,7 @@
 //! The one shape of every error: RFC 9457 problem details.
 
 use std::fmt;
+use std::time::Duration;
 
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -35,6 +36,9 @@ pub struct Problem {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     column: Option<u32>,
+    /// The header Retry-After, where the service is full.
+    #[serde(skip)]
+    retry_after: u64,
 }
 
 /// One value at fault.
@@ -60,7 +64,8 @@ impl Problem {
     /// A problem of the request as a whole.
     pub fn new(status: StatusCode, code: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
         let kind = format!("urn:springline:problem:{code}");
-        Problem { kind, title, status: status.as_u16(), detail: detail.into(), code, errors: Box::default(), line: None, column: None }
+        let (status, detail) = (status.as_u16(), detail.into());
+        Problem { kind, title, status, detail, code, errors: Box::default(), line: None, column: None, retry_after: 1 }
     }
 
     /// A problem of one value.
@@ -111,6 +116,11 @@ impl Problem {
     /// Its title and its detail.
     pub fn text(&self) -> (&'static str, &str) {
         (self.title, &self.detail)
+    }
+
+    /// The same problem, which is over after this time, or about.
+    pub fn for_about(self, time: Duration) -> Self {
+        Problem { retry_after: time.as_secs_f64().ceil().max(1.0) as u64, ..self }
     }
 
     /// Its stable name.
@@ -222,7 +232,7 @@ impl IntoResponse for Problem {
         let kind = HeaderValue::from_static("application/problem+json");
         let mut response = (status, [(header::CONTENT_TYPE, kind)], body).into_response();
         match status {
-            StatusCode::SERVICE_UNAVAILABLE => response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from_static("1")),
+            StatusCode::SERVICE_UNAVAILABLE => response.headers_mut().insert(header::RETRY_AFTER, self.retry_after.into()),
             StatusCode::UNAUTHORIZED => response.headers_mut().insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer")),
             _ => None,
         };

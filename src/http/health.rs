@@ -66,5 +66,6 @@ pub async fn metrics(State(service): State<Arc<Service>>, headers: HeaderMap, ur
 
 /// The metrics, wherever they are asked for.
 pub async fn text(State(service): State<Arc<Service>>) -> Response {
+    service.metrics.expected_wait.set(service.pool.expected_wait().as_secs_f64());
     ([(header::CONTENT_TYPE, MEDIA_TYPE)], service.metrics.text()).into_response()
 }

@@ -1,29 +1,28 @@
 //! Where computations run: threads of their own, a queue that ends, a deadline.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout_at};
 
+use super::cost::Cost;
+use super::queue::Queue;
 use crate::core::work::{self, Cancel};
 use crate::metrics::{Because, Metrics, Reason};
 
-/// Threads for computations, and how many computations they take on.
+/// Threads for computations, and the queue before them.
 #[derive(Debug)]
 pub struct Pool {
     threads: rayon::ThreadPool,
-    admitted: Arc<AtomicUsize>,
-    /// Computations admitted at once: running and waiting.
-    most: usize,
-    metrics: Arc<Metrics>,
+    line: Arc<Line>,
 }
 
 /// Why there is no result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
-    /// All threads are busy and the queue is full.
+    /// All threads are busy, and what waits is too much.
     Full,
     /// The deadline passed.
     Deadline,
@@ -31,19 +30,28 @@ pub enum Failure {
     Panicked,
 }
 
-/// The right to run, owned by the computation and not by whoever waits for it: capacity is free when the core is.
-struct Permit(Arc<AtomicUsize>);
+/// A computation: it calls what it is given when it is done, and only then tells whoever waits. Capacity is free when the core is.
+struct Task(Box<dyn FnOnce(&dyn Fn()) + Send>);
 
-impl Drop for Permit {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::Relaxed);
+/// The queue as threads share it.
+#[derive(Debug)]
+struct Line {
+    queue: Mutex<Queue<Task>>,
+    /// What times in the queue count from. Of the system's clock, which measures how long computations really take.
+    begun: std::time::Instant,
+    metrics: Arc<Metrics>,
+}
+
+impl std::fmt::Debug for Task {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Task")
     }
 }
 
 /// Cancels the computation of a client that has left.
 struct CancelOnDrop<'a> {
     cancel: Cancel,
-    metrics: &'a Metrics,
+    line: &'a Line,
     reason: Option<Reason>,
 }
 
@@ -51,19 +59,54 @@ impl Drop for CancelOnDrop<'_> {
     fn drop(&mut self) {
         if let Some(reason) = self.reason {
             self.cancel.cancel();
-            self.metrics.cancelled.get_or_create(&Because { reason }).inc();
+            self.line.clear();
+            self.line.metrics.cancelled.get_or_create(&Because { reason }).inc();
         }
     }
 }
 
+impl Line {
+    fn now(&self) -> Duration {
+        self.begun.elapsed()
+    }
+
+    fn queue(&self) -> MutexGuard<'_, Queue<Task>> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Looks at the queue or changes it, and counts what is in it.
+    fn with<R>(&self, action: impl FnOnce(&mut Queue<Task>, Duration) -> R) -> R {
+        let mut queue = self.queue();
+        let result = action(&mut queue, self.now());
+        self.metrics.queued.set(queue.waiting() as i64);
+        self.metrics.running.set(queue.running() as i64);
+        result
+    }
+
+    /// Computes what is due first, if anything is left: every computation let in comes with one such call.
+    fn work(&self) {
+        let Some((ticket, cancel, Task(task))) = self.with(Queue::next) else { return };
+        let done = || self.with(|queue, now| queue.done(ticket, !cancel.is_cancelled(), now));
+        task(&done);
+    }
+
+    /// Forgets what nobody waits for, and frees what it holds.
+    fn clear(&self) {
+        let gone = self.with(|queue, _| queue.clear());
+        drop(gone);
+    }
+}
+
 impl Pool {
-    /// Starts the threads.
+    /// Starts the threads. At most `queue` computations wait, and where others wait one is let in only if it is expected to be done
+    /// within `patience`.
     ///
     /// # Errors
-    /// The system has none to give.
-    pub fn start(workers: usize, queue: usize, metrics: Arc<Metrics>) -> Result<Self, rayon::ThreadPoolBuildError> {
+    /// The system has no threads to give.
+    pub fn start(workers: usize, queue: usize, patience: Duration, metrics: Arc<Metrics>) -> Result<Self, rayon::ThreadPoolBuildError> {
         let threads = rayon::ThreadPoolBuilder::new().num_threads(workers).thread_name(|i| format!("compute-{i}")).build()?;
-        Ok(Pool { threads, admitted: Arc::default(), most: workers + queue, metrics })
+        let queue = Mutex::new(Queue::new(threads.current_num_threads(), queue, patience));
+        Ok(Pool { threads, line: Arc::new(Line { queue, begun: std::time::Instant::now(), metrics }) })
     }
 
     /// How many computations run at once.
@@ -73,43 +116,55 @@ impl Pool {
 
     /// How many workers have nothing to do now.
     pub fn idle(&self) -> usize {
-        self.workers().saturating_sub(self.admitted.load(Ordering::Relaxed))
+        self.line.queue().idle()
     }
 
-    /// Whether one more computation would be admitted now.
-    pub fn has_room(&self) -> bool {
-        self.admitted.load(Ordering::Relaxed) < self.most
+    /// Whether one more computation of this cost would be let in now.
+    pub fn has_room(&self, cost: &Cost) -> bool {
+        self.line.queue().has_room(cost, self.line.now())
     }
 
-    fn admit(&self) -> Option<Permit> {
-        let one_more = |admitted| (admitted < self.most).then_some(admitted + 1);
-        self.admitted.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_more).ok()?;
-        Some(Permit(self.admitted.clone()))
+    /// How long until all that is here now is computed.
+    pub fn expected_wait(&self) -> Duration {
+        self.line.queue().expected_wait(self.line.now())
+    }
+
+    /// After how long it is worth asking again.
+    pub fn retry(&self) -> Duration {
+        self.line.queue().retry(self.line.now())
+    }
+
+    /// Runs something of which nothing is known, as [`Pool::compute`] does.
+    ///
+    /// # Errors
+    /// As [`Pool::compute`].
+    pub async fn run<T: Send + 'static>(&self, deadline: Instant, job: impl FnOnce() -> T + Send + 'static) -> Result<T, Failure> {
+        self.compute(Cost::other(), deadline, job).await
     }
 
     /// Runs a computation on a thread of the pool. It is cancelled at the deadline, and when the future is dropped.
     ///
     /// # Errors
     /// No room, too late, or a panic.
-    pub async fn run<T: Send + 'static>(&self, deadline: Instant, job: impl FnOnce() -> T + Send + 'static) -> Result<T, Failure> {
-        let permit = self.admit().ok_or(Failure::Full)?;
+    pub async fn compute<T: Send + 'static>(
+        &self,
+        cost: Cost,
+        deadline: Instant,
+        job: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Failure> {
         let cancel = Cancel::default();
-        let mut guard = CancelOnDrop { cancel: cancel.clone(), metrics: &self.metrics, reason: Some(Reason::client) };
         let (send, receive) = oneshot::channel();
-        let metrics = self.metrics.clone();
-        metrics.queued.inc();
-        self.threads.spawn(move || {
-            metrics.queued.dec();
-            if cancel.is_cancelled() {
-                return;
-            }
-            metrics.running.inc();
-            let result = catch_unwind(AssertUnwindSafe(|| work::run(&cancel, job)));
-            metrics.running.dec();
-            drop(permit);
+        let inner = cancel.clone();
+        let task = Task(Box::new(move |done| {
+            let result = catch_unwind(AssertUnwindSafe(|| work::run(&inner, job)));
+            done();
             // Nobody listens if the client has left.
             let _ = send.send(result);
-        });
+        }));
+        self.line.with(|queue, now| queue.admit(cost, cancel.clone(), task, now)).map_err(|_| Failure::Full)?;
+        let mut guard = CancelOnDrop { cancel, line: &self.line, reason: Some(Reason::client) };
+        let line = self.line.clone();
+        self.threads.spawn(move || line.work());
         let received = timeout_at(deadline, receive).await;
         guard.reason = if received.is_err() { Some(Reason::deadline) } else { None };
         match received {
@@ -122,15 +177,13 @@ impl Pool {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use tokio::task::yield_now;
     use tokio::time;
 
     use super::*;
 
     fn pool(workers: usize, queue: usize) -> Pool {
-        Pool::start(workers, queue, Arc::default()).unwrap()
+        Pool::start(workers, queue, Duration::from_secs(60), Arc::default()).unwrap()
     }
 
     fn in_an_hour() -> Instant {
@@ -149,6 +202,7 @@ mod tests {
         (started, job)
     }
 
+    /// Waits until no worker has anything to do.
     async fn until_free(pool: &Pool) {
         while pool.idle() < pool.workers() {
             yield_now().await;
@@ -186,7 +240,7 @@ mod tests {
         started.await.unwrap();
         let second = pool.clone();
         let waiting = tokio::spawn(async move { second.run(in_an_hour(), || 2).await });
-        while pool.has_room() {
+        while pool.has_room(&Cost::other()) {
             yield_now().await;
         }
         assert_eq!(pool.run(in_an_hour(), || 3).await, Err(Failure::Full));

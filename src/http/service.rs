@@ -50,7 +50,8 @@ impl Service {
     /// Keys that cannot be read, threads that cannot be started.
     pub fn start(config: &Config) -> Result<Arc<Self>, String> {
         let metrics = Arc::new(Metrics::default());
-        let pool = Pool::start(config.worker_count(), config.queue, metrics.clone());
+        let patience = config.deadline.0 * config.queue_share / 100;
+        let pool = Pool::start(config.worker_count(), config.queue, patience, metrics.clone());
         Ok(Arc::new(Service {
             pool: pool.map_err(|error| format!("cannot start the compute threads: {error}"))?,
             budget: Budget::new(config.memory.0, metrics.clone()),
