@@ -5,8 +5,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::response::IntoResponse;
-use http_body_util::BodyExt;
+use bytes::Bytes;
 use tokio::io::AsyncWriteExt;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, watch};
@@ -41,13 +40,14 @@ struct Host<A> {
     most: usize,
     places: Arc<Semaphore>,
     turned_away: Arc<Semaphore>,
+    full: Bytes,
 }
 
 impl<A: App> Listener<A> {
     pub fn new(socket: TcpListener, app: A, tls: Option<TlsAcceptor>, service: &Service, config: &Config) -> Self {
         let most = config.connections;
         let (places, turned_away) = (Arc::new(Semaphore::new(most)), Arc::new(Semaphore::new(TURNED_AWAY)));
-        let host = Host { app, tls, metrics: service.metrics.clone(), times: Times::of(config), most, places, turned_away };
+        let host = Host { app, tls, metrics: service.metrics.clone(), times: Times::of(config), most, places, turned_away, full: full() };
         Listener { socket, host }
     }
 
@@ -101,8 +101,9 @@ impl<A: App> Host<A> {
         }
         self.metrics.shed(Reason::connections);
         if let Ok(place) = self.turned_away.clone().try_acquire_owned() {
+            let full = self.full.clone();
             tokio::spawn(async move {
-                let _ = timeout(Duration::from_secs(1), turn_away(stream)).await;
+                let _ = timeout(Duration::from_secs(1), turn_away(stream, full)).await;
                 drop(place);
             });
         }
@@ -145,17 +146,17 @@ async fn recover(error: &io::Error) {
     }
 }
 
+/// What a client is told when there are too many; written once, as it may be told often.
+fn full() -> Bytes {
+    // A struct of strings and numbers always serialises.
+    let body = serde_json::to_string(&Problem::overloaded("too many connections are open")).unwrap_or_default();
+    let kind = "application/problem+json";
+    let head = "HTTP/1.1 503 Service Unavailable\r\nconnection: close\r\nretry-after: 1\r\n";
+    format!("{head}content-type: {kind}\r\ncontent-length: {}\r\n\r\n{body}", body.len()).into()
+}
+
 /// Tells a client that there are too many.
-async fn turn_away(mut stream: TcpStream) -> io::Result<()> {
-    let response = Problem::overloaded("too many connections are open").into_response();
-    let (head, body) = response.into_parts();
-    let body = body.collect().await.map(http_body_util::Collected::to_bytes).unwrap_or_default();
-    let mut text = b"HTTP/1.1 503 Service Unavailable\r\nconnection: close\r\n".to_vec();
-    for (name, value) in &head.headers {
-        text.extend([name.as_str().as_bytes(), b": ", value.as_bytes(), b"\r\n"].concat());
-    }
-    text.extend(format!("content-length: {}\r\n\r\n", body.len()).into_bytes());
-    text.extend(&body);
-    stream.write_all(&text).await?;
+async fn turn_away(mut stream: TcpStream, full: Bytes) -> io::Result<()> {
+    stream.write_all(&full).await?;
     connection::linger(&mut stream).await
 }
