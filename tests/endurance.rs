@@ -363,7 +363,7 @@ fn closed_after(address: &str, slow: &Slow, count: usize) -> Vec<Option<Duration
     while streams.len() < count || (started.elapsed() < slow.limit + ms(12_000) && streams.iter().any(Option::is_some)) {
         let more = (count - streams.len()).min(50);
         streams.extend((0..more).map(|_| open()));
-        times.resize(streams.len());
+        times.resize(streams.len(), None);
         let drip = slow.drips && Instant::now() >= next_drip;
         if drip {
             next_drip += ms(1_000);
