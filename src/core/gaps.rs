@@ -165,7 +165,7 @@ struct Columns<const D: usize> {
 type Column = [f64; LANES + 1];
 
 /// As many segments are faster one at a time.
-pub(super) const FEW: usize = 8;
+pub(super) const FEW: usize = 24;
 
 impl<const D: usize> Columns<D> {
     const ZERO: Self = Columns {

@@ -1,8 +1,8 @@
 //! Composite cubics through points.
 
-use super::basis::{Basis, Bezier};
+use super::basis::{Basis, Bezier, WayBack};
 use super::continuity::{Report, Tolerance, piecewise_continuity};
-use super::curve::{Bases, Piecewise, finite_points};
+use super::curve::{Bases, PerSegment, Piecewise, finite_points};
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::knots::Breaks;
 use super::limits;
@@ -61,7 +61,7 @@ pub fn interpolate<const D: usize>(
     check(points, shape)?;
     let closed = shape == Shape::Closed;
     let segments = points.len() - usize::from(!closed);
-    check_bases(&bases, segments)?;
+    let ways = ways_back(&bases, segments)?;
     let breaks = parameterization.knots(points, closed)?;
     let derivatives = match shape {
         Shape::Closed => closed_derivatives(points, &breaks),
@@ -69,18 +69,24 @@ pub fn interpolate<const D: usize>(
     };
     // Solving takes a few milliseconds for the most points allowed.
     work::checkpoint()?;
-    let (curve, condition) = written_in(bases, closed, hermite(points, &derivatives, &breaks), breaks).map_err(overflow)?;
+    let (curve, condition) = written_in(bases, &ways, closed, hermite(points, &derivatives, &breaks), breaks).map_err(overflow)?;
     let continuity = piecewise_continuity(&curve, Tolerance::default())?;
     Ok(Interpolant { curve, continuity, condition })
 }
 
 /// The curve with these joined Bezier points in other bases, and the largest condition number of those.
-fn written_in<const D: usize>(bases: Bases, closed: bool, bezier: Vec<Point<D>>, breaks: Breaks) -> Result<(Piecewise<D>, f64), Error> {
+fn written_in<const D: usize>(
+    bases: Bases,
+    ways: &PerSegment<WayBack>,
+    closed: bool,
+    bezier: Vec<Point<D>>,
+    breaks: Breaks,
+) -> Result<(Piecewise<D>, f64), Error> {
     if bases.are_identity() {
         return Ok((Piecewise::new(bases, 3, breaks, closed, bezier)?, 1.0));
     }
     let curve = Piecewise::new(Bases::Common(Basis::Bezier(Bezier)), 3, breaks, closed, bezier)?;
-    Piecewise::from_composite(bases, 3, &curve.composite()?, closed)
+    Piecewise::by_ways(bases, ways, 3, &curve.composite()?, closed)
 }
 
 /// No point of the client's is at fault where a result is too large.
@@ -111,10 +117,16 @@ fn check<const D: usize>(points: &[Point<D>], shape: Shape<D>) -> Result<(), Err
     Ok(())
 }
 
-/// Refuses a basis that cannot write every cubic, at `basis` or at its place in `bases`.
-fn check_bases(bases: &Bases, segments: usize) -> Result<(), Error> {
+/// How control points are found; refuses a basis that cannot write every cubic, at `basis` or at its place in `bases`.
+fn ways_back(bases: &Bases, segments: usize) -> Result<PerSegment<WayBack>, Error> {
     bases.check_count(segments).at("bases")?;
-    bases.check_each(|basis| basis.way_back(3).and_then(|_| basis.joinable(3)))
+    bases.map(|i, basis| {
+        let way = basis.way_back(3).and_then(|way| basis.joinable(3).map(|()| way));
+        match bases {
+            Bases::Common(_) => way.at("basis"),
+            Bases::PerSegment(_) => way.at(i).at("bases"),
+        }
+    })
 }
 
 /// Bezier points of all segments, joined, from points and derivatives.

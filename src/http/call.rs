@@ -1,6 +1,7 @@
 //! One call of an operation: the body read within its limits, the computation run where it belongs, the answer written.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,6 +10,7 @@ use axum::extract::{FromRequest, Request};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
+use futures_util::future::poll_immediate;
 use http_body_util::BodyExt;
 use serde::Serialize;
 use tokio::time::{Instant, timeout};
@@ -73,8 +75,12 @@ impl FromRequest<Arc<Service>> for Call {
             }
         }
         let (head, body) = request.into_parts();
-        let received = timeout(service.body_time, receive(body, declared, service)).await;
-        let body = received.map_err(|_| body_too_slow(service))??;
+        // Most bodies have come with their head: only the others are timed.
+        let mut receiving = pin!(receive(body, declared, service));
+        let body = match poll_immediate(&mut receiving).await {
+            Some(body) => body?,
+            None => timeout(service.body_time, receiving).await.map_err(|_| body_too_slow(service))??,
+        };
         let cost = Cost::of_body(head.uri.path(), body.bytes.len());
         Ok(Call { service: service.clone(), body, form, headers: head.headers, shape, deadline: Instant::now() + service.deadline, cost })
     }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 
 use axum::Router;
-use axum::extract::Request;
+use axum::extract::{FromRequest, Request};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::FutureExt;
@@ -18,8 +18,10 @@ use tower::{Layer, ServiceExt, service_fn};
 use tower_http::cors::{AllowOrigin, CorsLayer};
 
 use super::batch;
+use super::call::Call;
 use super::error::Problem;
 use super::observe::{self, Observer};
+use super::operations;
 use super::service::Service;
 
 /// The service as a connection meets it.
@@ -87,14 +89,26 @@ impl Inside {
         }
         // The documentation answers an unknown file in plain text; this service answers every error as a problem.
         let page = request.uri().path().starts_with("/docs").then(|| (request.headers().clone(), request.uri().clone()));
-        let answered = AssertUnwindSafe(self.router.clone().oneshot(request)).catch_unwind().await;
-        let Ok(Ok(response)) = answered else {
+        let answered = AssertUnwindSafe(self.dispatch(request)).catch_unwind().await;
+        let Ok(response) = answered else {
             self.service.metrics.panics.inc();
             return Problem::internal().into_response();
         };
         match page {
             Some((headers, uri)) if response.status() == StatusCode::NOT_FOUND => super::not_found(headers, uri).await,
             _ => response,
+        }
+    }
+
+    /// Operations are answered without the router, whose way of layers and boxes costs as much as a small computation.
+    async fn dispatch(&self, request: Request) -> Response {
+        let handler = (request.method() == Method::POST).then(|| operations::handler(request.uri().path())).flatten();
+        let Some(handler) = handler else {
+            return Box::pin(self.router.clone().oneshot(request)).await.unwrap_or_else(|never| match never {});
+        };
+        match Call::from_request(request, &self.service).await {
+            Ok(call) => handler(call).await,
+            Err(problem) => problem.into_response(),
         }
     }
 

@@ -30,7 +30,8 @@ crate::object! {
         optional start: EndCondition,
         /// What holds at the end of an open curve; default natural.
         optional end: EndCondition,
-        /// Whether the continuity report lists every joint (`full`, the default) or only the largest values (`summary`).
+        /// Whether the continuity report lists every joint (`full`) or only the largest values (`summary`, the default). Every joint
+        /// is measured either way.
         optional report: ReportStyle,
     }
 }
@@ -125,7 +126,7 @@ where
     let (shape, bases, rule) = parts(request)?;
     let result = core::interpolate(points, shape, bases, &rule)?;
     Ok(InterpolateAnswer {
-        continuity: Some(Continuity::of_core(&result.continuity, report.unwrap_or(ReportStyle::Full))),
+        continuity: Some(Continuity::of_core(&result.continuity, report.unwrap_or(ReportStyle::Summary))),
         curve: Some(Curve::of_core(curve::Curve::Piecewise(result.curve))),
         condition: Some(result.condition),
         parameterization: Some(parameterization),

@@ -29,6 +29,7 @@ pub mod paper;
 pub mod pool;
 pub mod queue;
 pub mod rates;
+pub mod reader;
 pub mod render;
 pub mod reshape;
 pub mod rounded;

@@ -53,8 +53,12 @@ pub(super) fn essence(media_type: &str) -> String {
 /// Status 406.
 pub fn wanted(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static str, Problem> {
     let first = *offered.first().unwrap_or(&"application/json");
-    if !headers.contains_key(header::ACCEPT) {
-        return Ok(first);
+    let mut all = headers.get_all(header::ACCEPT).iter();
+    match (all.next(), all.next()) {
+        (None, _) => return Ok(first),
+        // What nearly all clients send.
+        (Some(only), None) if only == "*/*" || only == first => return Ok(first),
+        _ => {}
     }
     let lists: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
     let ranges: Vec<(String, f64)> = lists.iter().flat_map(|list| list.split(',')).map(weighed).collect();

@@ -13,6 +13,7 @@ use prometheus_client::metrics::gauge::Gauge;
 use uuid::{Builder, Uuid};
 
 use super::service::Service;
+use crate::logs::Answered;
 use crate::metrics::{OfRoute, UNKNOWN};
 use crate::traces::{Parent, Span};
 
@@ -154,20 +155,34 @@ impl Seen {
     /// Faults of ours are errors, a full service a warning; probes are of interest to few.
     fn log(&self, route: &str, status: StatusCode, seconds: f64) {
         let (request_id, method) = (self.id.to_str().unwrap_or(""), self.method);
-        let of_span = || self.span.as_ref().map(Span::trace_id);
-        let trace_id = || of_span().or_else(|| self.parent.as_ref().map(|parent| parent.trace_id.clone())).unwrap_or_default();
-        let path = || self.uri.path().chars().take(200).collect::<String>();
+        let of_span = self.span.as_ref().map(Span::trace_id);
+        let trace_id = of_span.as_deref().or(self.parent.as_ref().map(|parent| &*parent.trace_id)).unwrap_or_default();
+        let path = beginning(self.uri.path());
         let status = status.as_u16();
         macro_rules! line {
             ($level:ident) => {
-                tracing::$level!(request_id, trace_id = trace_id(), method, path = path(), status, seconds, "answered")
+                if tracing::enabled!(tracing::Level::$level) {
+                    let (level, message) = (stringify!($level), "answered");
+                    let answered = Answered { level, message, request_id, trace_id, method, path, status, seconds };
+                    if !answered.log() {
+                        tracing::event!(tracing::Level::$level, request_id, trace_id, method, path, status, seconds, "{message}");
+                    }
+                }
             };
         }
         match status {
-            500 => line!(error),
-            501.. => line!(warn),
-            _ if route.starts_with("/v1/") || route == UNKNOWN => line!(info),
-            _ => line!(debug),
+            500 => line!(ERROR),
+            501.. => line!(WARN),
+            _ if route.starts_with("/v1/") || route == UNKNOWN => line!(INFO),
+            _ => line!(DEBUG),
         }
     }
+}
+
+/// As much of a path as is logged.
+fn beginning(path: &str) -> &str {
+    if path.len() <= 200 {
+        return path;
+    }
+    path.char_indices().nth(200).map_or(path, |(end, _)| &path[..end])
 }

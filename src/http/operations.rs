@@ -1,7 +1,11 @@
-//! Every operation on bytes, for those who do not come by HTTP: batches and the command line.
+//! Every operation by its name: on bytes, for batches and the command line, and on a call that came by HTTP.
 
 use std::io::Write;
+use std::pin::Pin;
 
+use axum::response::Response;
+
+use super::call::Call;
 use super::error::Problem;
 use super::json;
 use super::paper::{Paper, SHEET};
@@ -14,6 +18,9 @@ use super::{
 /// Reads a request, computes, writes the answer.
 pub type Answer = fn(&[u8], Shape, &mut Paper) -> Result<(), Problem>;
 
+/// Answers a call.
+pub type Handler = fn(Call) -> Pin<Box<dyn Future<Output = Response> + Send>>;
+
 macro_rules! by_name {
     ($($name:literal $module:ident),* $(,)?) => {
         /// Every operation by its name: its path after `/v1/`.
@@ -23,6 +30,9 @@ macro_rules! by_name {
                 json::write(&answer.map_err(|error| json::refused(error, body))?, shape, paper)
             })
         ),*];
+
+        /// How each is answered over HTTP.
+        const HANDLERS: &[(&str, Handler)] = &[$(($name, |call| Box::pin($module::post(call)))),*];
     };
 }
 
@@ -61,6 +71,12 @@ pub fn picture(text: &str, paper: &mut Paper) -> Result<(), Problem> {
 /// The operation of this name.
 pub fn named(name: &str) -> Option<Answer> {
     BY_NAME.iter().find(|(known, _)| *known == name).map(|(_, answer)| *answer)
+}
+
+/// What answers calls at this path, if it is that of an operation: the router would find the same with more detours.
+pub fn handler(path: &str) -> Option<Handler> {
+    let name = path.strip_prefix("/v1/")?;
+    HANDLERS.iter().find(|(known, _)| *known == name).map(|(_, handler)| *handler)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ mod single;
 
 pub use bspline::BSpline;
 pub use composite::{Composite, Evaluator, Segment};
+pub(crate) use piecewise::PerSegment;
 pub use piecewise::{Bases, Piecewise};
 pub use single::Single;
 

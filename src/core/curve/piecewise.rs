@@ -2,7 +2,7 @@
 
 use super::composite::Composite;
 use super::{valid_points, within_degrees};
-use crate::core::basis::{Basis, ShapeMatrix};
+use crate::core::basis::{Basis, ShapeMatrix, WayBack};
 use crate::core::bezier_form::elevate;
 use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::knots::Breaks;
@@ -150,6 +150,17 @@ impl<const D: usize> Piecewise<D> {
         let count = composite.breaks().segments() * order + 1;
         at_most("control points", count, limits::effective().control_points, "Take the curve in parts").at("control_points")?;
         let ways = bases.map(|i, basis| basis.way_back(order).at(i).at("bases"))?;
+        Self::by_ways(bases, &ways, order, composite, closed)
+    }
+
+    /// The same where the ways back are known.
+    pub(crate) fn by_ways(
+        bases: Bases,
+        ways: &PerSegment<WayBack>,
+        order: usize,
+        composite: &Composite<D>,
+        closed: bool,
+    ) -> Result<(Self, f64), Error> {
         let condition = ways.iter().map(|way| way.condition).fold(1.0, f64::max);
         let mut points = Vec::with_capacity(composite.breaks().segments() * order + 1);
         points.push(composite.local(0).first());
