@@ -85,6 +85,14 @@ fn numbers_are_rounded_as_asked() {
         }
     }
     assert_eq!(numbers(&ask(&server, "/v1/evaluate?precision=17", "*/*", &body).json()), exact);
+    for digits in 1..=17 {
+        let rounded: Vec<f64> = exact.iter().map(|number| format!("{number:.*e}", digits - 1).parse().unwrap()).collect();
+        for accept in ["application/json", RAW] {
+            let answer = ask(&server, &format!("/v1/evaluate?precision={digits}"), accept, &body);
+            let answer = if accept == RAW { decoded(&answer.body) } else { answer.json() };
+            assert_eq!(numbers(&answer), rounded, "{digits}");
+        }
+    }
 }
 
 #[test]

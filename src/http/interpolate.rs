@@ -152,3 +152,19 @@ fn parts<const D: usize>(request: InterpolateRequest) -> Result<Parts<D>, Error>
     let ((bases, rule), (start, end)) = both(both(bases(request.basis, request.bases), rule), ends)?;
     Ok((if closed { core::Shape::Closed } else { core::Shape::Open(start, end) }, bases, rule))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joints_are_listed_on_demand_and_measured_always() {
+        let ask = |report: &str| {
+            let body = format!(r#"{{"points":[[0,0],[1,2],[3,1],[4,5]]{report}}}"#);
+            operation(serde_json::from_str(&body).unwrap()).unwrap().continuity.unwrap()
+        };
+        let (default, full) = (ask(""), ask(r#","report":"full""#));
+        assert_eq!((default.joints.is_none(), full.joints.map(|joints| joints.len())), (true, Some(2)));
+        assert_eq!((default.class, default.worst.unwrap().position_gap), (full.class, full.worst.unwrap().position_gap));
+    }
+}

@@ -91,6 +91,10 @@ impl<'de> Reader<'de> {
     #[inline]
     fn digits(&mut self, number: &mut u64) -> usize {
         let start = self.at;
+        while let Some(eight) = self.text.get(self.at..self.at + 8).and_then(eight_digits) {
+            *number = number.wrapping_mul(100_000_000).wrapping_add(eight);
+            self.at += 8;
+        }
         while let digit @ 0..=9 = self.peek().wrapping_sub(b'0') {
             *number = number.wrapping_mul(10).wrapping_add(u64::from(digit));
             self.at += 1;
@@ -179,6 +183,21 @@ impl<'de> Reader<'de> {
         let value = visitor.visit_map(&mut items)?;
         if items.ended || items.reader.take(b'}') { Ok(value) } else { Err(GivenUp) }
     }
+}
+
+/// The number that 8 bytes are, if they are digits; all taken at once (Lemire, "Number parsing at a gigabyte per second", 2021).
+#[inline]
+fn eight_digits(bytes: &[u8]) -> Option<u64> {
+    let word = u64::from_le_bytes(bytes.try_into().ok()?);
+    // The upper half of the byte of a digit is 3, and stays that when 6 is added.
+    let upper = |word: u64| word & 0xf0f0_f0f0_f0f0_f0f0 == 0x3030_3030_3030_3030;
+    if !(upper(word) && upper(word.wrapping_add(0x0606_0606_0606_0606))) {
+        return None;
+    }
+    let ones = word & 0x0f0f_0f0f_0f0f_0f0f;
+    let tens = (ones * 10 + (ones >> 8)) & 0x00ff_00ff_00ff_00ff;
+    let hundreds = (tens * 100 + (tens >> 16)) & 0x0000_ffff_0000_ffff;
+    Some((hundreds * 10_000 + (hundreds >> 32)) & 0xffff_ffff)
 }
 
 /// `number * 10^exponent` where one operation on doubles makes it, correctly rounded (Clinger 1990).
@@ -404,6 +423,19 @@ mod tests {
             ["01", "-", "1.", ".5", "+1", "1e", "1e+", "NaN", "Infinity", "1e999", "00", "-01", "0x1", "1_0", "1 2", "18446744073709551615"]
         {
             assert!(!agrees(text.as_bytes()), "{text}");
+        }
+    }
+
+    #[test]
+    fn eight_digits_are_eight_digits() {
+        let mut next = random();
+        for _ in 0..100_000 {
+            let number = next() % 100_000_000;
+            let mut text = format!("{number:08}").into_bytes();
+            assert_eq!(eight_digits(&text), Some(number as u64));
+            let byte = (next() % 256) as u8;
+            text[next() % 8] = byte;
+            assert_eq!(eight_digits(&text).is_some(), byte.is_ascii_digit());
         }
     }
 

@@ -1,4 +1,6 @@
 //! The service over loopback against the floor: server CPU for each request, and latencies, as ratios within one run.
+//!
+//! Each server has the first core to itself while it is driven, and the clients the second (`taskset`); the service logs as by default.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -35,9 +37,16 @@ const CLIENTS: usize = 8;
 fn main() {
     match std::env::args().nth(1).as_deref() {
         Some("floor") => floor(),
-        Some("batch") => batch(),
-        Some("compression") => compression(),
+        Some("batch") => {
+            move_to_the_second_core();
+            batch();
+        }
+        Some("compression") => {
+            move_to_the_second_core();
+            compression();
+        }
         filter => {
+            move_to_the_second_core();
             compare(filter.unwrap_or(""));
             if filter.is_none() {
                 compression();
@@ -116,7 +125,10 @@ struct Server {
 }
 
 impl Server {
-    fn start(mut command: Command) -> Self {
+    /// On the first core; what it logs is thrown away.
+    fn start(program: &std::path::Path, arguments: &[&str]) -> Self {
+        let mut command = Command::new("taskset");
+        command.args(["-c", "0"]).arg(program).args(arguments).stderr(Stdio::null());
         let mut child = command.stdout(Stdio::piped()).spawn().expect("cargo build --release first, in the root of the repository");
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
@@ -211,6 +223,7 @@ fn cases() -> Vec<Case> {
     for count in [10, 100, 1_000, 10_000, 100_000] {
         cases.push(case(&format!("evaluate, {count} samples"), "/v1/evaluate", &sampled(count)));
     }
+    cases.push(case("evaluate, 10000 samples, precision=6", "/v1/evaluate?precision=6", &sampled(10_000)));
     for count in [1_000, 10_000, 100_000] {
         let accept = format!("accept: {RAW}\r\n");
         cases.push(case_with(&format!("evaluate, {count} samples, raw"), "/v1/evaluate", &sampled(count), &accept));
@@ -222,7 +235,7 @@ fn cases() -> Vec<Case> {
     ));
     cases.push(case("to-bspline", "/v1/to-bspline", &json!({"curve": cubic})));
     for count in [10, 1_000] {
-        let body = json!({"points": wave(count), "report": "summary"});
+        let body = json!({"points": wave(count)});
         cases.push(case(&format!("interpolate {count} points"), "/v1/interpolate", &body));
     }
     let solve = json!({"kind": "control-points", "basis": {"family": "bezier"}, "order": 15});
@@ -270,17 +283,22 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// The release binary. It logs what goes wrong; a line for each request would cost what a small computation does.
+/// The release binary, with its defaults.
 fn ours() -> Server {
     ours_with(&[])
 }
 
 fn ours_with(settings: &[&str]) -> Server {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/release/springline");
-    let mut command = Command::new(std::env::var("SPRINGLINE_BINARY").unwrap_or(path.into()));
-    command.args(["--listen", "127.0.0.1:0", "--log", &std::env::var("SPRINGLINE_BENCH_LOG").unwrap_or("warn".into())]);
-    command.args(settings);
-    Server::start(command)
+    let path = std::env::var("SPRINGLINE_BINARY").unwrap_or(path.into());
+    let log = std::env::var("SPRINGLINE_BENCH_LOG").unwrap_or("info".into());
+    Server::start(path.as_ref(), &[&["--listen", "127.0.0.1:0", "--log", &log], settings].concat())
+}
+
+/// Leaves the first core to the servers.
+fn move_to_the_second_core() {
+    let moved = Command::new("taskset").args(["-cp", "1", &std::process::id().to_string()]).stdout(Stdio::null()).status();
+    assert!(moved.is_ok_and(|status| status.success()), "this benchmark needs two cores and taskset, of util-linux");
 }
 
 /// What compression costs the server, of the same answer as it is: with the defaults and where it is set.
@@ -369,9 +387,7 @@ fn whole_batch(server: &Server, lines: &str) -> f64 {
 }
 
 fn compare(filter: &str) {
-    let mut floor = Command::new(std::env::current_exe().unwrap());
-    floor.arg("floor");
-    let servers = [Server::start(floor), ours()];
+    let servers = [Server::start(&std::env::current_exe().unwrap(), &["floor"]), ours()];
     println!(
         "{:<38}{:>9}{:>9} | {:>9}{:>9}{:>8} | {:>9}{:>9}{:>8}",
         "", "request", "answer", "CPU us", "floor", "ratio", "p50 us", "floor", "ratio"
