@@ -117,7 +117,7 @@ fn a_short_segment_does_not_cost_the_other_joints_their_knots() {
         let pieces = pieces_of(&spline);
         // A corner at 2.
         let mut bent = pieces.control_points().to_vec();
-        bent[2 * degree - 1] = bent[2 * degree - 1] + Point([0.0, 0.5]);
+        bent[2 * degree - 1] += Point([0.0, 0.5]);
         let bent = Piecewise::new(pieces.bases().clone(), degree, pieces.breaks().clone(), false, bent).unwrap();
         let found = converted(&Curve::Piecewise(bent.clone()), KnotStyle::Clamped);
         assert!(found.deviation <= 1e-12 * 12.0, "{:e}", found.deviation);

@@ -17,7 +17,7 @@ pub struct Problem {
     /// A stable name of the kind of problem: `urn:springline:problem:` and the code.
     #[serde(rename = "type")]
     #[schema(rename = "type")]
-    kind: String,
+    kind: Box<str>,
     /// The kind of problem in words; the same for every occurrence.
     title: &'static str,
     /// The HTTP status.
@@ -63,7 +63,7 @@ impl Item {
 impl Problem {
     /// A problem of the request as a whole.
     pub fn new(status: StatusCode, code: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
-        let kind = format!("urn:springline:problem:{code}");
+        let kind = format!("urn:springline:problem:{code}").into();
         let (status, detail) = (status.as_u16(), detail.into());
         Problem { kind, title, status, detail, code, errors: Box::default(), line: None, column: None, retry_after: 1 }
     }

@@ -38,7 +38,7 @@ const FIELDS: &[&str] = &["id", "op", "body"];
 const FORM: &str = "a line is {\"id\": text or whole number, \"op\": name, \"body\": the request}";
 
 /// Why a line is refused, with its name as far as it could be read.
-pub type Refusal = (Option<Id>, Problem);
+pub type Refusal = (Option<Id>, Box<Problem>);
 
 impl<'a> Line<'a> {
     /// Reads a line.
@@ -46,7 +46,7 @@ impl<'a> Line<'a> {
     /// # Errors
     /// Not JSON; not an object; fields that are missing, unknown, repeated or of another type.
     pub fn read(text: &'a [u8], number: usize, max_depth: usize) -> Result<(Option<Id>, Cow<'a, str>, &'a RawValue), Refusal> {
-        json::check_depth(text, max_depth).map_err(|problem| (None, problem))?;
+        json::check_depth(text, max_depth).map_err(|problem| (None, problem.into()))?;
         match serde_json::from_slice(text) {
             Ok(Line { id, op: Some(op), body: Some(body) }) => Ok((id, op, body)),
             _ => Err(explain(text, number)),
@@ -60,7 +60,7 @@ fn explain(text: &[u8], number: usize) -> Refusal {
         Err(error) => {
             let detail = format!("{}; {FORM}", json::in_json_terms(&error).replace("the body ends", "the line ends"));
             let problem = Problem::new(StatusCode::BAD_REQUEST, "not_json", "The line is not JSON", detail);
-            return (None, problem.with_position(number, error.column().max(1)));
+            return (None, problem.with_position(number, error.column().max(1)).into());
         }
     };
     let (line, mut misfits, _) = tolerant::read::<Line>(cut);
@@ -74,7 +74,7 @@ fn explain(text: &[u8], number: usize) -> Refusal {
     }
     let first = misfits.first().map_or("", |misfit| misfit.detail.as_str());
     let lead = Problem::new(StatusCode::BAD_REQUEST, "bad_line", "The line is not an operation", format!("{first}; {FORM}"));
-    (line.id, lead.with_faults(misfits))
+    (line.id, lead.with_faults(misfits).into())
 }
 
 impl<'de: 'a, 'a> Deserialize<'de> for Line<'a> {

@@ -98,7 +98,7 @@ pub struct Scribe {
 
 impl Default for Scribe {
     fn default() -> Self {
-        Scribe { texts: std::array::from_fn(|_| zmij::Buffer::new()), block: Block::new(), line: Line::new() }
+        Scribe { texts: std::array::from_fn(|_| zmij::Buffer::new()), block: Block::default(), line: Line::new() }
     }
 }
 

@@ -31,7 +31,10 @@ pub enum Failure {
 }
 
 /// A computation: it calls what it is given when it is done, and only then tells whoever waits. Capacity is free when the core is.
-struct Task(Box<dyn FnOnce(&dyn Fn()) + Send>);
+struct Task(Box<Run>);
+
+/// What a worker calls, with what is to be called at the end of the computation.
+type Run = dyn FnOnce(&dyn Fn()) + Send;
 
 /// The queue as threads share it.
 #[derive(Debug)]

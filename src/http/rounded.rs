@@ -235,7 +235,7 @@ impl Rounding {
         let same = log2_of_power_of_10(first + 1) == binade;
         first += i32::from(same & (mantissa >= next.saturating_add(u64::from(rest != 0))));
         let by = i32::from(self.count) - 1 - first;
-        let high = (u128::from(mantissa) * u128::from(power(by)[0]) >> 64) as u64;
+        let high = ((u128::from(mantissa) * u128::from(power(by)[0])) >> 64) as u64;
         let shift = -(exponent + log2_of_power_of_10(by) + 1) as u32;
         let half = 1_u64 << (shift - 1);
         let rest = high & (2 * half - 1);
@@ -306,9 +306,9 @@ fn ascii_of_8(number: u64) -> u64 {
     // Each step divides all parts of the word at once: by 10,000, by 100, by 10.
     let high = (number * 3_518_437_209) >> 45;
     let fours = high | (number - 10_000 * high) << 32;
-    let hundreds = (fours * 10_486 >> 20) & 0x0000_007f_0000_007f;
+    let hundreds = ((fours * 10_486) >> 20) & 0x0000_007f_0000_007f;
     let twos = hundreds | (fours - 100 * hundreds) << 16;
-    let tens = (twos * 103 >> 10) & 0x000f_000f_000f_000f;
+    let tens = ((twos * 103) >> 10) & 0x000f_000f_000f_000f;
     (tens | (twos - 10 * tens) << 8) | 0x3030_3030_3030_3030
 }
 
@@ -367,11 +367,13 @@ pub struct Block {
     exponents: [u64; LANES],
 }
 
-impl Block {
-    pub fn new() -> Self {
+impl Default for Block {
+    fn default() -> Self {
         Block { digits: [0; LANES], exponents: [DOUBTFUL; LANES] }
     }
+}
 
+impl Block {
     /// Rounds numbers, to be written in turn.
     pub fn round(&mut self, rounding: Rounding, values: &[f64]) {
         if rounding.count <= SHORT {
@@ -501,7 +503,7 @@ mod tests {
 
     /// As one of a block, in any place.
     fn written_in_block(value: f64, digits: u8, i: usize) -> Option<String> {
-        let (mut block, mut room, rounding) = (Block::new(), [b'#'; ROOM], Rounding::to(digits));
+        let (mut block, mut room, rounding) = (Block::default(), [b'#'; ROOM], Rounding::to(digits));
         let mut values = [1.0; LANES];
         values[i] = value;
         block.round(rounding, &values[..=i]);
