@@ -265,8 +265,15 @@ fn check_headers(ask: &Ask, answer: &Answer, compression: &str, what: &str) {
     assert_eq!(answer.status, ask.status, "{what}: {}", answer.text());
     assert_eq!(answer.header("etag"), "", "{what}");
     let is_operation = ask.status == 200 && ask.path.starts_with("/v1/");
+    let has_page = matches!(ask.status, 404 | 405) || ask.path == "/";
     let vary = match (is_operation, compression) {
-        (false, _) => "",
+        (false, _) => {
+            if has_page {
+                "accept"
+            } else {
+                ""
+            }
+        }
         (_, "on") => "accept, accept-encoding",
         _ => "accept",
     };

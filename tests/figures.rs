@@ -414,7 +414,7 @@ fn a_surface_covers_what_of_its_net_is_behind_it() {
     let group = svg.split("<g class=\"surface\"").nth(1).unwrap().split("</g>").next().unwrap();
     let is_wire = |line: &&str| line.contains("stroke-width=\"1.2\"");
     let lines: Vec<&str> = group.lines().collect();
-    let (first, last) = (lines.iter().position(|line| is_wire(&line)).unwrap(), lines.iter().rposition(|line| is_wire(&line)).unwrap());
+    let (first, last) = (lines.iter().position(&is_wire).unwrap(), lines.iter().rposition(&is_wire).unwrap());
     let faces = |part: &[&str]| part.iter().filter(|line| line.contains(" Z\"")).count();
     assert!(faces(&lines[first..]) > 100 && faces(&lines[..last]) > 100, "{first} {last}");
     assert!(svg.contains("<g class=\"polygon\" fill=\"none\" stroke=\"#7b828d\" stroke-width=\"1.2\" stroke-dasharray=\"3 4\""));

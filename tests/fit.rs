@@ -466,6 +466,7 @@ mod both {
 }
 
 mod tolerance {
+    use std::f64::consts::TAU;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -686,9 +687,10 @@ mod tolerance {
 
     #[test]
     fn smooth_data_take_no_more_segments_than_equal_spacing() {
-        let shapes: [(&str, fn(f64) -> P); 6] = [
-            ("circle", |u| Point([0.5 * (6.283185307179586 * u).cos(), 0.5 * (6.283185307179586 * u).sin()])),
-            ("ellipse", |u| Point([3.0 * (6.283185307179586 * u).cos(), (6.283185307179586 * u).sin()])),
+        type Shape = fn(f64) -> P;
+        let shapes: [(&str, Shape); 6] = [
+            ("circle", |u| Point([0.5 * (TAU * u).cos(), 0.5 * (TAU * u).sin()])),
+            ("ellipse", |u| Point([3.0 * (TAU * u).cos(), (TAU * u).sin()])),
             ("lissajous", |u| Point([(18.0 * u).sin(), (12.0 * u).sin()])),
             ("spiral", |u| Point([6.0 * u * (18.0 * u).cos(), 6.0 * u * (18.0 * u).sin()])),
             ("bump", |u| Point([2.0 * u, (-100.0 * (u - 0.3) * (u - 0.3)).exp()])),

@@ -42,7 +42,7 @@ fn refuses_what_is_no_limit() {
     assert_eq!(place(Limits { answer_points: 1_000_001, ..CEILING }), "/answer_points");
     assert_eq!(place(Limits { segments: 0, ..CEILING }), "/segments");
     let text = lower(Limits { segments: 100_001, ..CEILING }).unwrap_err().to_string();
-    assert_eq!(text, "/segments: segments is 100001.0; allowed is 2 <= segments <= 100000");
+    assert_eq!(text, "/segments: segments is 100001; allowed is 2 <= segments <= 100000");
     assert_eq!(*effective(), CEILING, "a refusal changes nothing");
 }
 

@@ -326,8 +326,10 @@ fn every_error_names_its_place() {
     let evaluate = |pointer: &str, value: Value, expected, place: &str| refuse("evaluate", with(&sample, pointer, value), expected, place);
     let net = "/surface/control_net";
     evaluate(&format!("{net}/2"), json!([[0, 0, 0], [1, 1, 1]]), count, "/surface/control_net/2");
-    let flat = json!(vec![vec![[0, 0]; 4]; 4]);
-    assert!(evaluate(net, flat, count, "/surface/control_net/0").contains("3D"));
+    let flat = server.post_json("/v1/surfaces/evaluate", &with(&sample, net, json!(vec![vec![[0, 0]; 4]; 4]))).json();
+    let rows: Vec<&str> = flat["errors"].as_array().unwrap().iter().map(|row| row["pointer"].as_str().unwrap()).collect();
+    assert_eq!(rows, [0, 1, 2, 3].map(|row| format!("{net}/{row}")));
+    assert!(flat["errors"][0]["detail"].as_str().unwrap().contains("3D"), "{flat}");
     evaluate(net, json!([[[0, 0, 0], [1, 1, 1]]]), few, net);
     evaluate(net, json!([[[0, 0, 0]], [[1, 1, 1]]]), few, "/surface/control_net/0");
     evaluate(net, json!([[], []]), few, "/surface/control_net/0");

@@ -3,6 +3,7 @@
 use super::basis::Basis;
 use super::curve::{Bases, Curve, Piecewise, Single};
 use super::error::{At, Error, Fault};
+use super::local::placed;
 use super::point::Point;
 
 /// A curve in another basis.
@@ -51,7 +52,7 @@ pub fn convert<const D: usize>(curve: &Curve<D>, to: Basis, order: Option<usize>
     if let Curve::Single(_) = curve {
         let segment = composite.local(0);
         let points = way.control_points(&super::bezier_form::elevate(segment.points, order));
-        let points = points.into_iter().map(|p| segment.origin + p).collect();
+        let points = points.into_iter().map(|p| placed(segment.origin, p)).collect();
         let curve = Curve::Single(Single::new(to, points)?);
         return Ok(Converted { curve, condition: way.condition, construction });
     }

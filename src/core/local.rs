@@ -30,6 +30,11 @@ pub(crate) fn localized<const D: usize>(points: &[Point<D>]) -> (Point<D>, Vec<P
     (origin, points.iter().map(|&p| p - origin).collect())
 }
 
+/// A point relative to an origin where it was; a zero keeps its sign where the origin is 0.
+pub(crate) fn placed<const D: usize>(origin: Point<D>, p: Point<D>) -> Point<D> {
+    Point(std::array::from_fn(|k| if origin[k] == 0.0 { p[k] } else { origin[k] + p[k] }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -130,8 +130,9 @@ impl Costed for EvaluateRequest {
         let sampling = self.sampling.as_ref();
         let samples = sampling.and_then(|sampling| sampling.count.map(|count| count.0).or(sampling.values.as_ref().map(Vec::len)));
         let Some(samples) = samples else { return Cost::new(Kind::Adaptive, 20_000.0 * size) };
-        let each = 1 + self.derivatives.map_or(0, |orders| orders.0) + self.quantities.as_ref().map_or(0, Vec::len);
-        let points = samples as f64 * each as f64;
+        let orders = self.derivatives.map_or(0, |orders| orders.0) as f64;
+        let each = 1.0 + orders + self.quantities.as_ref().map_or(0, Vec::len) as f64;
+        let points = samples as f64 * each;
         let answer = (POINT_BYTES * points) as usize;
         Cost { answer, ..Cost::new(Kind::Evaluate, 20.0 * size + points * (80.0 + 5.0 * order)) }
     }

@@ -6,7 +6,7 @@ use crate::core::error::{Error, Fault};
 use crate::core::gaps::derivative_size;
 use crate::core::knots::Breaks;
 use crate::core::lanes::{self, LANES, Lanes};
-use crate::core::local::{localized, origin_of};
+use crate::core::local::{localized, origin_of, placed};
 use crate::core::point::{Point, larger};
 use crate::core::work::{self, Pace};
 
@@ -40,17 +40,17 @@ pub struct Segment<'a, const D: usize> {
 impl<const D: usize> Segment<'_, D> {
     /// The first point.
     pub fn first(&self) -> Point<D> {
-        self.origin + self.points[0]
+        placed(self.origin, self.points[0])
     }
 
     /// The last point.
     pub fn last(&self) -> Point<D> {
-        self.origin + self.points[self.points.len() - 1]
+        placed(self.origin, self.points[self.points.len() - 1])
     }
 
     /// The Bezier points, each rounded once.
     pub fn absolute(&self) -> impl Iterator<Item = Point<D>> {
-        self.points.iter().map(|&p| self.origin + p)
+        self.points.iter().map(|&p| placed(self.origin, p))
     }
 }
 

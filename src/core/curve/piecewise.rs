@@ -7,7 +7,7 @@ use crate::core::bezier_form::elevate;
 use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::knots::Breaks;
 use crate::core::limits;
-use crate::core::local::localized;
+use crate::core::local::{localized, placed};
 use crate::core::point::Point;
 use crate::core::work::{self, Pace};
 
@@ -167,7 +167,7 @@ impl<const D: usize> Piecewise<D> {
         let mut pace = Pace::default();
         for (i, segment) in composite.locals().enumerate() {
             pace.step()?;
-            let (way, from_origin) = (ways.of(i), |&p: &Point<D>| segment.origin + p);
+            let (way, from_origin) = (ways.of(i), |&p: &Point<D>| placed(segment.origin, p));
             if way.is_identity() && segment.points.len() > order {
                 points.extend(segment.points[1..order].iter().map(from_origin));
             } else {

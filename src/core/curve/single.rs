@@ -5,7 +5,7 @@ use super::valid_points;
 use crate::core::basis::Basis;
 use crate::core::error::{At, Error, at_most};
 use crate::core::limits;
-use crate::core::local::localized;
+use crate::core::local::{localized, placed};
 use crate::core::point::Point;
 use crate::core::work;
 
@@ -48,7 +48,7 @@ impl<const D: usize> Single<D> {
     /// The Bezier points of the same curve.
     pub fn bezier_points(&self) -> Vec<Point<D>> {
         let (origin, points) = self.local_bezier_points();
-        points.into_iter().map(|p| origin + p).collect()
+        points.into_iter().map(|p| placed(origin, p)).collect()
     }
 
     /// The same from an origin.

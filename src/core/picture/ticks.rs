@@ -70,7 +70,7 @@ fn text(count: f64, power: i32) -> String {
         -4..=-1 => format!("{value:.*}", power.unsigned_abs() as usize),
         0..=4 => format!("{value:.0}"),
         _ if value == 0.0 => "0".into(),
-        _ => tidy(value),
+        _ => tidy(value, 9),
     }
 }
 
@@ -79,12 +79,12 @@ fn behind(base: f64, power: i32) -> String {
     let value = multiple(base.abs(), 1, power);
     let sign = if base < 0.0 { '+' } else { '-' };
     // A base of at most 14 digits is written in full.
-    if (1e-4..1e15).contains(&value) { format!("{sign} {value}") } else { format!("{sign} {value:e}") }
+    if (1e-4..1e15).contains(&value) { format!("{sign} {value}") } else { format!("{sign} {}", tidy(value, 13)) }
 }
 
 /// Scientific, with the digits of the double cut where the noise starts.
-fn tidy(value: f64) -> String {
-    let text = format!("{value:.9e}");
+fn tidy(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$e}");
     match text.split_once('e') {
         Some((digits, power)) => format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.')),
         None => text,
