@@ -300,6 +300,11 @@ fn every_program_reads_the_same_from_every_endpoint() {
                 assert_eq!(answer.header("content-encoding"), coding, "{what}");
                 assert!(coding.is_empty() || plain.len() < 10_000 || 2 * answer.body.len() < plain.len(), "{what}");
                 let text = comparable(ask, &decoded(&answer));
+                // Where there is nothing, who reads pages gets one.
+                if matches!(ask.status, 404 | 405) && program.name.starts_with("address bar") {
+                    assert!(text.starts_with(b"<!DOCTYPE html>"), "{what}");
+                    continue;
+                }
                 assert!(text == comparable(ask, plain), "{what}: {}", String::from_utf8_lossy(&text));
             }
         }

@@ -45,7 +45,9 @@ fn points<const D: usize>(kind: usize, count: usize, random: &mut Random) -> Vec
         at = match kind {
             0 => at + random.vector(),
             2 if random.below(4) > 0 => at + random.vector() * 10f64.powf(-6.0 * random.unit()),
-            3 => Point(std::array::from_fn(|k| if k == 0 { i as f64 } else { f64::from(i.is_multiple_of(2)) * 3.0 + 0.1 * random.signed() })),
+            3 => {
+                Point(std::array::from_fn(|k| if k == 0 { i as f64 } else { f64::from(i.is_multiple_of(2)) * 3.0 + 0.1 * random.signed() }))
+            }
             4 if i % 3 == 1 => at + random.vector() * 10f64.powf(-12.0 * random.unit()),
             5 => Point(std::array::from_fn(|k| (i as f64 * (0.2 + 0.3 * turn[k])).sin() + 0.05 * random.signed())),
             _ => random.vector(),
