@@ -1,6 +1,6 @@
 //! Who is computed next, and who is let in: by expected time, not by heads.
 //!
-//! A computation is due when it has arrived plus [`AGEING`] times what it is expected to take, and the one due first is computed first: a
+//! A computation is due when it has arrived plus `AGEING` times what it is expected to take, and the one due first is computed first: a
 //! short one passes long ones that came a little before it, and no one waits for those that come much later. One that finds all workers
 //! busy is let in where waiting and computing are expected to take a share of the deadline; the rest of it is room for those that pass
 //! and for what takes longer than expected.
