@@ -130,6 +130,22 @@ fn another_media_type_is_refused() {
     }
 }
 
+#[test]
+fn a_compressed_body_is_refused_as_that() {
+    let bench = Bench::new();
+    for (path, media_type, body) in [("/v1/evaluate", "application/json", "{}"), ("/v1/batch", "application/x-ndjson", "")] {
+        let ask = |coding: &str| {
+            let head = format!("POST {path} HTTP/1.1\r\nHost: test\r\nConnection: close\r\nContent-Type: {media_type}\r\n");
+            let length = body.len();
+            bench.server.raw(format!("{head}Content-Encoding: {coding}\r\nContent-Length: {length}\r\n\r\n{body}").as_bytes())
+        };
+        let answer = ask("gzip");
+        bench.check(&answer, 415, "unsupported_media_type", path);
+        assert!(answer.json()["detail"].as_str().unwrap().contains("uncompressed"));
+        assert_ne!(ask("Identity").status, 415, "{path}");
+    }
+}
+
 const HEAD: &str = "POST /v1/evaluate HTTP/1.1\r\nHost: test\r\nConnection: close\r\nContent-Type: application/json\r\n";
 
 #[test]

@@ -178,6 +178,7 @@ impl Batch {
 }
 
 fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
+    negotiate::check_uncompressed(headers)?;
     let essence = negotiate::essence(negotiate::content_type(headers));
     if [NDJSON, "application/jsonl", "application/ndjson"].contains(&essence.as_str()) {
         return Ok(());

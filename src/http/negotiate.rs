@@ -19,8 +19,9 @@ pub enum Form {
 /// The form of the body, by its `Content-Type`.
 ///
 /// # Errors
-/// Status 415.
+/// Status 415; a compressed body too.
 pub fn sent(headers: &HeaderMap) -> Result<Form, Problem> {
+    check_uncompressed(headers)?;
     let given = content_type(headers);
     if given == "application/json" {
         return Ok(Form::Json);
@@ -34,6 +35,19 @@ pub fn sent(headers: &HeaderMap) -> Result<Form, Problem> {
     }
     let was = if given.is_empty() { "no Content-Type was sent".to_owned() } else { format!("the Content-Type is {}", shortened(given)) };
     let detail = format!("{was}; send the header Content-Type: application/json, or {RAW} for the raw format");
+    Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
+}
+
+/// Refuses a compressed body.
+///
+/// # Errors
+/// Status 415.
+pub(super) fn check_uncompressed(headers: &HeaderMap) -> Result<(), Problem> {
+    let Some(coding) = headers.get(header::CONTENT_ENCODING).filter(|coding| !coding.as_bytes().eq_ignore_ascii_case(b"identity")) else {
+        return Ok(());
+    };
+    let coding = shortened(&String::from_utf8_lossy(coding.as_bytes()));
+    let detail = format!("the Content-Encoding is {coding}; send the body uncompressed, without this header");
     Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
 }
 
