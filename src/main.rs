@@ -7,9 +7,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{ArgMatches, Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
-use springline::config::{self, Config};
+use springline::http;
+use springline::server::config::{self as config, Config};
 use springline::server::{Server, Signals};
-use springline::{commands, healthcheck, http, logs};
+use springline::server::{commands, healthcheck, logs};
 
 /// Requests allocate on one thread and free on another, and answers come in sheets of 256 KiB, which the system's allocator would take from
 /// the system and give back each time.

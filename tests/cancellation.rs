@@ -18,13 +18,13 @@ use springline::core::interpolate::{End, Shape, interpolate};
 use springline::core::join::{Movable, Smoothness, join};
 use springline::core::knots::Breaks;
 use springline::core::parameterization::Parameterization;
-use springline::core::picture::{Curves, Mark, Picture, Show, draw};
 use springline::core::point::Point;
 use springline::core::reshape::{Keep, reshape};
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::surface::{self, Places, Surface, SurfaceQuantities};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
 use springline::core::work::{self, Cancel};
+use springline::draw::{Curves, Mark, Picture, Show, draw};
 use springline::http;
 
 type P = Point<3>;

@@ -10,7 +10,7 @@ use std::thread;
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use springline::http::OPERATIONS;
+use springline::api::operations::OPERATIONS;
 use support::*;
 
 const LINE: &str = r#"{"id": 7, "op": "evaluate", "body": {"curve": {"family": "bezier", "control_points": [[0, 0], [1, 3]]}, "sampling": {"kind": "count", "count": 3}}}"#;

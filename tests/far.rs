@@ -7,11 +7,11 @@ mod laws;
 
 use laws::{cases, numbers, parse};
 use serde_json::Value;
+use springline::api::wire::Dimensioned;
 use springline::core::continuity::{Tolerance, continuity};
 use springline::core::curve::Curve;
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::point::Point;
-use springline::http::wire::Dimensioned;
 
 /// The largest errors found, relative to what they may be in units of rounding: of points, derivatives, speed,
 /// curvature and torsion.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use springline::http::render::{RenderRequest, operation};
+use springline::api::operations::render::{RenderRequest, operation};
 
 const FIGURES: [&str; 19] = [
     "chen-01", "chen-02", "chen-03", "chen-04", "chen-05", "chen-06", "cheng-03", "cheng-04", "cheng-09", "cheng-11", "cheng-12",

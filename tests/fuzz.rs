@@ -28,7 +28,7 @@ fn mutated(examples: Vec<Value>) -> impl Strategy<Value = Vec<u8>> {
 #[test]
 fn every_operation_is_fuzzed() {
     let fuzzed = fuzz::OPERATIONS.iter().map(|(path, _)| path);
-    assert!(fuzzed.eq(springline::http::OPERATIONS.iter().map(|(path, _)| path)));
+    assert!(fuzzed.eq(springline::api::operations::OPERATIONS.iter().map(|(path, _)| path)));
     for (path, _) in fuzz::OPERATIONS {
         let name = path.trim_start_matches("/v1/").replace("surfaces/", "surface_").replace('-', "_");
         let target = std::fs::read_to_string(format!("{}/fuzz/fuzz_targets/{name}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap();

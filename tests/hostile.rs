@@ -7,7 +7,7 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 
 use serde_json::{Value, json};
-use springline::http::OPERATIONS;
+use springline::api::operations::OPERATIONS;
 use support::*;
 
 struct Bench {

@@ -5,7 +5,7 @@ mod support;
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
-use springline::http::OPERATIONS;
+use springline::api::operations::OPERATIONS;
 use support::*;
 
 #[test]

@@ -4,6 +4,7 @@ mod laws;
 
 use laws::{at, cases, control_points, domain, jets, numbers, parse, points};
 use serde_json::Value;
+use springline::api::wire::Dimensioned;
 use springline::core::basis::{Basis, Beta};
 use springline::core::curve::{Bases, Curve};
 use springline::core::interpolate::{End, Interpolant, Shape, interpolate};
@@ -12,7 +13,6 @@ use springline::core::parameterization::Parameterization;
 use springline::core::point::{Point, magnitude};
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
-use springline::http::wire::Dimensioned;
 
 /// Measures every case of a file and holds the worst to a tolerance.
 fn hold(file: &str, tolerance: f64, error: impl Fn(&Value) -> f64) {

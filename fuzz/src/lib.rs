@@ -8,10 +8,10 @@ pub use curve::curve;
 
 use serde::Serialize;
 use serde_json::Value;
+use springline::api::json::{from_bytes, to_bytes};
+use springline::api::problem::Problem;
 use springline::core::error::Error;
 use springline::http;
-use springline::http::error::Problem;
-use springline::http::json::{from_bytes, to_bytes};
 
 macro_rules! operations {
     ($($name:ident $path:literal $write:ident $check:ident),* $(,)?) => {
@@ -51,7 +51,7 @@ fn holds<Request, Answer>(
     check: fn(&[u8]),
 ) -> bool
 where
-    Request: springline::http::json::Request + Serialize,
+    Request: springline::api::json::Request + Serialize,
 {
     let run = |body: &[u8]| write(&operation(from_bytes(body)?)?);
     let printed = from_bytes::<Request>(body).map(|request| to_bytes(&request).expect("a request that was read can be written"));

@@ -28,7 +28,6 @@ pub mod least_squares;
 pub mod limits;
 mod local;
 pub mod parameterization;
-pub mod picture;
 pub mod point;
 pub mod reshape;
 mod singular_values;

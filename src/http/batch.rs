@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use axum::body::Body;
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use futures_util::{FutureExt, Stream, StreamExt, TryStreamExt, stream};
@@ -16,16 +16,16 @@ use tokio::sync::mpsc;
 use tokio::task::{JoinError, JoinHandle};
 use tokio::time::{Instant, sleep, timeout};
 
-use super::cost::Cost;
-use super::error::{Problem, Problems};
-use super::lines::{Cutter, Part};
 use super::negotiate;
 use super::observe::RequestId;
-use super::packer::{Packer, Refused, hand_over};
-use super::paper::Sheets;
 use super::pool::Failure;
 use super::service::Service;
-use super::shape::Shape;
+use crate::api::chunks::Sheets;
+use crate::api::cost::Cost;
+use crate::api::lines::{Cutter, Part};
+use crate::api::output::Shape;
+use crate::api::problem::{Problem, Problems, Status};
+use crate::http::compressor::{Packer, Refused, hand_over};
 
 /// Where batches are sent.
 pub const PATH: &str = "/v1/batch";
@@ -82,7 +82,7 @@ pub async fn post(State(service): State<Arc<Service>>, request: Request) -> Resp
         Err(problem) => return problem.into_response(),
     };
     let id = request.extensions().get().cloned().unwrap_or(RequestId(HeaderValue::from_static("none")));
-    let packer = service.coding(request.headers()).and_then(|coding| Packer::new(coding, None, &service.budget));
+    let packer = service.coding(request.headers()).and_then(|coding| Packer::new(coding, None, &service.memory));
     let coding = packer.as_ref().map(Packer::coding);
     // As many parts underway as keep every worker busy; the next is read when the first of them is sent.
     let (send, parts) = mpsc::channel(2 * service.pool.workers());
@@ -184,7 +184,7 @@ fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
         return Ok(());
     }
     let detail = format!("a batch is sent with the header Content-Type: {NDJSON}");
-    Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
+    Err(Problem::new(Status::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
 }
 
 /// Reads the batch, and hands its parts out in order, until its end or until nobody takes them.
@@ -225,7 +225,7 @@ async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
         // The line that did not arrive whole has the problem in its place.
         Some(problem) => {
             let line = Part { text: b"-".to_vec(), first: cutter.line() };
-            let budget = service.budget.clone();
+            let budget = service.memory.clone();
             let _ = send.send(Underway(tokio::spawn(async move { line.refuse(&problem, &budget) }))).await;
         }
     }
@@ -235,13 +235,13 @@ async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
 async fn guarded(part: &Part, batch: &Batch, computed: impl Future<Output = Sheets>) -> Sheets {
     AssertUnwindSafe(computed).catch_unwind().await.unwrap_or_else(|_| {
         batch.panicked("a batch; its lines have the problem in their place");
-        part.refuse(&Problem::internal(), &batch.service.budget)
+        part.refuse(&Problem::internal(), &batch.service.memory)
     })
 }
 
 /// Computes a part; where it is too slow or panics, line by line, so that each line has its own outcome.
 async fn compute(part: &Part, batch: &Batch) -> Sheets {
-    let budget = &batch.service.budget;
+    let budget = &batch.service.memory;
     match attempt(part, batch).await {
         Ok(sheets) => sheets,
         Err(problem) if part.lines() == 1 => part.refuse(&problem, budget),
@@ -260,7 +260,7 @@ async fn attempt(part: &Part, batch: &Batch) -> Result<Sheets, Problem> {
     let (service, shape) = (&batch.service, batch.shape);
     loop {
         let bytes = part.text.len();
-        let (part, budget, max_depth) = (part.clone(), service.budget.clone(), service.max_depth);
+        let (part, budget, max_depth) = (part.clone(), service.memory.clone(), service.max_depth);
         let job = move || part.answer(shape, max_depth, &budget);
         let cost = Cost::of_batch(bytes);
         match service.pool.compute(cost, Instant::now() + service.deadline, job).await {
@@ -276,8 +276,8 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::config::Config;
     use crate::http::budget::Budget;
+    use crate::server::config::Config;
 
     #[derive(Parser)]
     struct Settings {
@@ -319,7 +319,7 @@ mod tests {
     #[tokio::test]
     async fn an_answer_has_an_end_only_if_nothing_is_lost() {
         let batch = batch();
-        let good = || tokio::spawn(async { part().refuse(&Problem::internal(), &Budget::unlimited()) });
+        let good = || tokio::spawn(async { part().refuse(&Problem::internal(), &memory::unlimited()) });
         let whole = |answers: Answers| Body::from_stream(answers.stream()).collect();
         assert!(whole(answers(&batch, tokio::spawn(async {}), vec![good()])).await.is_ok());
         assert!(whole(answers(&batch, tokio::spawn(async {}), vec![good(), tokio::spawn(panicking())])).await.is_err());

@@ -4,9 +4,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::paper::SHEET;
+use crate::api::chunks::SHEET;
+use crate::api::memory::{Limited, Memory, NoRoom};
 use crate::core::work;
-use crate::metrics::Metrics;
+use crate::http::metrics::Metrics;
 
 /// How long a computation that is about to have a long answer waits for others to be sent.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -16,8 +17,7 @@ const LOOK: Duration = Duration::from_millis(10);
 /// So many bytes at once, and no more.
 #[derive(Debug)]
 pub struct Budget {
-    held: AtomicUsize,
-    most: usize,
+    bytes: Limited,
     metrics: Arc<Metrics>,
     /// Computations that wait for room.
     waiting: AtomicUsize,
@@ -26,38 +26,22 @@ pub struct Budget {
     changed: (Mutex<()>, Condvar),
 }
 
-/// Bytes reserved, given back on drop.
-#[derive(Debug)]
-pub struct Reservation {
-    budget: Arc<Budget>,
-    bytes: usize,
-}
-
-/// There is no room.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NoRoom;
-
 impl Budget {
     /// A budget of this many bytes.
     pub fn new(most: usize, metrics: Arc<Metrics>) -> Arc<Self> {
-        let (held, waiting, stuck) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
-        Arc::new(Budget { held, most, metrics, waiting, stuck, changed: Default::default() })
-    }
-
-    /// One without end, for whoever serves nobody.
-    pub fn unlimited() -> Arc<Self> {
-        Budget::new(usize::MAX, Arc::default())
+        let (waiting, stuck) = (AtomicUsize::new(0), AtomicBool::new(false));
+        Arc::new(Budget { bytes: Limited::to(most), metrics, waiting, stuck, changed: Default::default() })
     }
 
     fn has_room(&self, bytes: usize) -> bool {
-        self.held.load(Ordering::Relaxed).saturating_add(bytes) <= self.most
+        self.bytes.has_room(bytes)
     }
 
     /// Blocks a worker that is about to write a long answer while those before it are being sent, for a second at most: clients that
     /// read more slowly than the workers write slow these down, and are not refused. Where a wait was in vain nobody else waits until
     /// something has been sent.
     pub fn await_room(&self, bytes: usize) {
-        let no_need = || bytes <= SHEET || bytes > self.most || self.has_room(bytes) || self.stuck.load(Ordering::Relaxed);
+        let no_need = || bytes <= SHEET || bytes > self.bytes.most() || self.has_room(bytes) || self.stuck.load(Ordering::Relaxed);
         if no_need() {
             return;
         }
@@ -73,9 +57,17 @@ impl Budget {
         drop(lock);
         self.waiting.fetch_sub(1, Ordering::Relaxed);
     }
+}
 
-    fn give_back(&self, bytes: usize) {
-        self.held.fetch_sub(bytes, Ordering::Relaxed);
+impl Memory for Budget {
+    fn lend(&self, bytes: usize) -> Result<(), NoRoom> {
+        self.bytes.lend(bytes)?;
+        self.metrics.held_bytes.inc_by(bytes as i64);
+        Ok(())
+    }
+
+    fn take_back(&self, bytes: usize) {
+        self.bytes.take_back(bytes);
         self.metrics.held_bytes.dec_by(bytes as i64);
         if bytes == 0 {
             return;
@@ -84,39 +76,6 @@ impl Budget {
         if self.waiting.load(Ordering::Relaxed) > 0 {
             self.changed.1.notify_all();
         }
-    }
-}
-
-impl Reservation {
-    /// Nothing yet.
-    pub fn of(budget: &Arc<Budget>) -> Self {
-        Reservation { budget: budget.clone(), bytes: 0 }
-    }
-
-    /// Reserves more, until this many bytes are held.
-    ///
-    /// # Errors
-    /// [`NoRoom`]; what is held stays held.
-    pub fn grow_to(&mut self, bytes: usize) -> Result<(), NoRoom> {
-        let more = bytes.saturating_sub(self.bytes);
-        let room = |held: usize| held.checked_add(more).filter(|held| *held <= self.budget.most);
-        self.budget.held.fetch_update(Ordering::Relaxed, Ordering::Relaxed, room).map_err(|_| NoRoom)?;
-        self.budget.metrics.held_bytes.inc_by(more as i64);
-        self.bytes += more;
-        Ok(())
-    }
-
-    /// Gives back what is held beyond this many bytes.
-    pub fn shrink_to(&mut self, bytes: usize) {
-        let less = self.bytes.saturating_sub(bytes);
-        self.bytes -= less;
-        self.budget.give_back(less);
-    }
-}
-
-impl Drop for Reservation {
-    fn drop(&mut self) {
-        self.budget.give_back(self.bytes);
     }
 }
 

@@ -1,34 +1,34 @@
 //! One call of an operation: the body read within its limits, the computation run where it belongs, the answer written.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::pin::pin;
+use std::pin::{Pin, pin};
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::Router;
 use axum::body::{Body, HttpBody};
 use axum::extract::{FromRequest, Request};
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
+use axum::routing::post;
 use bytes::Bytes;
 use futures_util::future::poll_immediate;
 use http_body_util::BodyExt;
-use serde::Serialize;
 use tokio::time::{Instant, timeout};
 
-use super::budget::{NoRoom, Reservation};
-use super::cost::{Cost, Costed};
-use super::error::Problem;
-use super::json;
 use super::negotiate::{self, Form};
-use super::operations;
-use super::packer::Packing;
-use super::paper::{Paper, Sheets};
 use super::pool::Failure;
 use super::service::Service;
-use super::shape::{RAW, Shape};
-use super::wire::raw;
-use crate::core::error::Error;
-use crate::metrics::Reason;
+use crate::api::chunks::{Paper, Sheets};
+use crate::api::cost::{Cost, Costed};
+use crate::api::json;
+use crate::api::memory::{NoRoom, Reservation};
+use crate::api::operations::{self, Operation, Output, OutputKind, Visitor};
+use crate::api::output::{RAW, Shape};
+use crate::api::problem::{Problem, Status};
+use crate::api::wire::raw;
+use crate::http::compressor::Packing;
+use crate::http::metrics::Reason;
 
 /// A body up to this size is read without being counted against the budget, and parsed where it arrives.
 const SMALL: usize = 16 * 1024;
@@ -96,7 +96,7 @@ async fn discard(request: Request, declared: Option<u64>) {
 }
 
 async fn receive(mut body: Body, declared: Option<u64>, service: &Service) -> Result<Received, Problem> {
-    let mut reservation = Reservation::of(&service.budget);
+    let mut reservation = Reservation::of(&service.memory);
     let mut reserve = |bytes: usize| match bytes {
         ..=SMALL => Ok(()),
         _ => reservation.grow_to(bytes).map_err(|NoRoom| refused(service, Reason::memory)),
@@ -126,17 +126,17 @@ async fn receive(mut body: Body, declared: Option<u64>, service: &Service) -> Re
 }
 
 pub(super) fn incomplete() -> Problem {
-    Problem::new(StatusCode::BAD_REQUEST, "unreadable_body", "The body could not be read", "the body ended before all of it arrived")
+    Problem::new(Status::BAD_REQUEST, "unreadable_body", "The body could not be read", "the body ended before all of it arrived")
 }
 
 pub(super) fn too_large(service: &Service) -> Problem {
     let detail = format!("the body exceeds {} bytes; send the data in parts", service.max_body);
-    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", detail)
+    Problem::new(Status::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", detail)
 }
 
 pub(super) fn body_too_slow(service: &Service) -> Problem {
     let detail = format!("the body did not arrive within {} s; send it faster, or in parts", service.body_time.as_secs_f64());
-    Problem::new(StatusCode::REQUEST_TIMEOUT, "body_timeout", "The body took too long", detail)
+    Problem::new(Status::REQUEST_TIMEOUT, "body_timeout", "The body took too long", detail)
 }
 
 /// There is no room now; counts it.
@@ -148,65 +148,60 @@ fn refused(service: &Service, reason: Reason) -> Problem {
     }
 }
 
-/// How an operation writes its answer.
-type Writer<Answer> = fn(&Answer, Shape, &mut Paper) -> Result<(), Problem>;
+/// Answers a call.
+pub type Handler = fn(Call) -> Pin<Box<dyn Future<Output = Response> + Send>>;
+
+/// What answers the calls of each operation, by its path.
+pub struct Handlers(Vec<(String, Handler)>);
+
+struct ToHandler;
+
+impl Visitor for ToHandler {
+    type Made = (String, Handler);
+
+    fn visit<O: Operation>(&mut self) -> (String, Handler) {
+        (format!("/v1/{}", O::NAME), |call| Box::pin(call.answer::<O>()))
+    }
+}
+
+impl Handlers {
+    /// Of every operation.
+    pub fn all() -> Self {
+        Handlers(operations::each(ToHandler))
+    }
+
+    /// What answers at this path, if it is that of an operation: the router would find the same with more detours.
+    pub fn at(&self, path: &str) -> Option<Handler> {
+        self.0.iter().find(|(known, _)| known == path).map(|(_, handler)| *handler)
+    }
+
+    /// The same as routes, so that the router knows what else is allowed where.
+    pub fn routes(self, service: &Arc<Service>) -> Router {
+        let route = |router: Router<Arc<Service>>, (path, handler): (String, Handler)| router.route(&path, post(handler));
+        self.0.into_iter().fold(Router::new(), route).with_state(service.clone())
+    }
+}
 
 impl Call {
-    /// Answers with JSON; `is_small` says which requests cost less than handing them to another thread is worth.
-    pub async fn json<Request, Answer>(self, operation: fn(Request) -> Result<Answer, Error>, is_small: fn(&Request) -> bool) -> Response
-    where
-        Request: json::Request + Costed + Send + 'static,
-        Answer: Serialize + 'static,
-    {
-        self.answer(&["application/json", RAW], operation, is_small, json::write).await
-    }
-
-    /// Answers with a picture.
-    pub async fn svg<Request>(self, operation: fn(Request) -> Result<String, Error>) -> Response
-    where
-        Request: json::Request + Costed + Send + 'static,
-    {
-        let write: Writer<String> = |text, _, paper| operations::picture(text, paper);
-        self.answer(&["image/svg+xml"], operation, |_| false, write).await
-    }
-
-    async fn answer<Request, Answer>(
-        mut self,
-        offered: &[&'static str],
-        operation: fn(Request) -> Result<Answer, Error>,
-        is_small: fn(&Request) -> bool,
-        write: Writer<Answer>,
-    ) -> Response
-    where
-        Request: json::Request + Costed + Send + 'static,
-        Answer: 'static,
-    {
+    async fn answer<O: Operation>(mut self) -> Response {
+        let offered: &[&'static str] = match O::Answer::KIND {
+            OutputKind::Object => &["application/json", RAW],
+            OutputKind::Picture => &["image/svg+xml"],
+        };
         let media_type = match negotiate::wanted(&self.headers, offered) {
             Ok(media_type) => media_type,
             Err(problem) => return problem.into_response(),
         };
         self.shape.raw = media_type == RAW;
         let (packing, vary) = (self.packing(), self.service.vary());
-        let computed = self.compute(operation, is_small, write, packing.clone()).await;
+        let computed = self.compute::<O>(packing.clone()).await;
         let packed = match (computed, packing) {
             // What was computed where it arrived is packed on a worker all the same.
             (Ok(sheets), Some(packing)) => packing.on_a_worker(sheets).await,
             (computed, _) => computed,
         };
         match packed {
-            Ok(sheets) => {
-                // With room for what the edge adds.
-                let mut headers = HeaderMap::with_capacity(12);
-                headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
-                headers.insert(header::VARY, vary);
-                headers.insert(header::CONTENT_LENGTH, sheets.len().into());
-                if let Some(coding) = sheets.coding() {
-                    headers.insert(header::CONTENT_ENCODING, coding.header());
-                }
-                let mut response = Response::new(Body::from(sheets));
-                *response.headers_mut() = headers;
-                response
-            }
+            Ok(sheets) => answered(sheets, media_type, vary),
             Err(problem) => problem.into_response(),
         }
     }
@@ -217,23 +212,13 @@ impl Call {
         coding.map(|coding| Packing { coding, service: self.service.clone(), deadline: self.deadline })
     }
 
-    async fn compute<Request, Answer>(
-        self,
-        operation: fn(Request) -> Result<Answer, Error>,
-        is_small: fn(&Request) -> bool,
-        write: Writer<Answer>,
-        packing: Option<Packing>,
-    ) -> Result<Sheets, Problem>
-    where
-        Request: json::Request + Costed + Send + 'static,
-        Answer: 'static,
-    {
+    async fn compute<O: Operation>(self, packing: Option<Packing>) -> Result<Sheets, Problem> {
         let Call { service, body, form, shape, deadline, cost, .. } = self;
         let written_by = service.clone();
         // With the body, where it is still there, faults come in its order.
-        let written = move |request: Request, body: &[u8]| -> Result<Sheets, Problem> {
-            let mut paper = Paper::new(&written_by.budget).with_hands(1 + written_by.pool.idle());
-            write(&operation(request).map_err(|error| json::refused(error, body))?, shape, &mut paper)?;
+        let written = move |request: O::Request, body: &[u8]| -> Result<Sheets, Problem> {
+            let mut paper = Paper::new(&written_by.memory).with_hands(1 + written_by.pool.idle());
+            O::compute(request).map_err(|error| json::refused(error, body))?.write(shape, &mut paper)?;
             Ok(paper.finish())
         };
         let pack = move |sheets| match packing {
@@ -245,14 +230,14 @@ impl Call {
             let job = move || {
                 let request = read(&body.bytes, form, max_depth);
                 drop(body);
-                let request: Request = request?;
+                let request: O::Request = request?;
                 budget.await_room(request.cost().answer);
                 written(request, &[]).and_then(pack)
             };
             service.pool.compute(cost, deadline, job).await
         } else {
-            let request: Request = read(&body.bytes, form, max_depth)?;
-            if is_small(&request) {
+            let request: O::Request = read(&body.bytes, form, max_depth)?;
+            if O::is_small(&request) {
                 catch_unwind(AssertUnwindSafe(|| written(request, &body.bytes))).map_err(|_| Failure::Panicked)
             } else {
                 let cost = request.cost();
@@ -269,6 +254,21 @@ impl Call {
             Err(failure) => Err(failed(&service, failure)),
         }
     }
+}
+
+/// The answer as HTTP has it.
+fn answered(sheets: Sheets, media_type: &'static str, vary: HeaderValue) -> Response {
+    // With room for what the middleware adds.
+    let mut headers = HeaderMap::with_capacity(12);
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
+    headers.insert(header::VARY, vary);
+    headers.insert(header::CONTENT_LENGTH, sheets.len().into());
+    if let Some(coding) = sheets.coding() {
+        headers.insert(header::CONTENT_ENCODING, coding.header());
+    }
+    let mut response = Response::new(Body::from(sheets));
+    *response.headers_mut() = headers;
+    response
 }
 
 fn read<Request: json::Request>(body: &Bytes, form: Form, max_depth: usize) -> Result<Request, Problem> {
@@ -289,7 +289,7 @@ pub(super) fn failed(service: &Service, failure: Failure) -> Problem {
         Failure::Deadline => {
             let detail =
                 format!("the answer was not ready within {} s; ask for less at once, or try again later", service.deadline.as_secs_f64());
-            Problem::new(StatusCode::GATEWAY_TIMEOUT, "deadline", "The deadline has passed", detail)
+            Problem::new(Status::GATEWAY_TIMEOUT, "deadline", "The deadline has passed", detail)
         }
         Failure::Panicked => {
             service.metrics.panics.inc();

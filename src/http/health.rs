@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode, Uri, header};
+use axum::http::{HeaderMap, Uri, header};
 use axum::response::{IntoResponse, Response};
 
-use super::error::Problem;
 use super::service::Service;
-use crate::metrics::MEDIA_TYPE;
+use crate::api::problem::{Problem, Status};
+use crate::http::metrics::MEDIA_TYPE;
 
 crate::object! {
     /// The state of the service.
@@ -43,7 +43,7 @@ pub async fn live() -> Json<Health> {
 pub async fn ready(State(service): State<Arc<Service>>) -> Result<Json<Health>, Problem> {
     if service.is_stopping() {
         let detail = "the service is about to stop; ask another instance";
-        return Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, "stopping", "The service is stopping", detail));
+        return Err(Problem::new(Status::SERVICE_UNAVAILABLE, "stopping", "The service is stopping", detail));
     }
     Ok(Json(Health { status: Some(HealthStatus::Ok) }))
 }

@@ -1,11 +1,11 @@
 //! What a client sends and wants: media types, and the shape of numbers.
 
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{HeaderMap, header};
 
-use super::error::Problem;
-use super::json::shortened;
-use super::shape::{Layout, Precision, RAW, Shape};
-use super::wire::tolerant::meant;
+use crate::api::json::shortened;
+use crate::api::output::{Layout, Precision, RAW, Shape};
+use crate::api::problem::{Problem, Status};
+use crate::api::wire::tolerant::meant;
 
 /// How a body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub fn sent(headers: &HeaderMap) -> Result<Form, Problem> {
     }
     let was = if given.is_empty() { "no Content-Type was sent".to_owned() } else { format!("the Content-Type is {}", shortened(given)) };
     let detail = format!("{was}; send the header Content-Type: application/json, or {RAW} for the raw format");
-    Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
+    Err(Problem::new(Status::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
 }
 
 /// Refuses a compressed body.
@@ -48,7 +48,7 @@ pub(super) fn check_uncompressed(headers: &HeaderMap) -> Result<(), Problem> {
     };
     let coding = shortened(&String::from_utf8_lossy(coding.as_bytes()));
     let detail = format!("the Content-Encoding is {coding}; send the body uncompressed, without this header");
-    Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
+    Err(Problem::new(Status::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
 }
 
 /// What `Content-Type` says, or nothing.
@@ -96,7 +96,7 @@ pub fn wanted(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static 
     let best = offered.iter().rev().copied().max_by(|a, b| quality(a).total_cmp(&quality(b)));
     best.filter(|offer| quality(offer) > 0.0).ok_or_else(|| {
         let detail = format!("the header Accept is {}; this operation answers with {}", shortened(&lists.join(", ")), offered.join(" or "));
-        Problem::new(StatusCode::NOT_ACCEPTABLE, "not_acceptable", "Nothing acceptable to answer with", detail)
+        Problem::new(Status::NOT_ACCEPTABLE, "not_acceptable", "Nothing acceptable to answer with", detail)
     })
 }
 
@@ -155,7 +155,7 @@ fn unknown(key: &str) -> String {
 }
 
 fn refused(what: &str) -> Problem {
-    Problem::new(StatusCode::BAD_REQUEST, "bad_query", "A parameter of the address is wrong", what)
+    Problem::new(Status::BAD_REQUEST, "bad_query", "A parameter of the address is wrong", what)
 }
 
 #[cfg(test)]

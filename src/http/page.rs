@@ -6,9 +6,10 @@ use axum::Json;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 
-use super::error::Problem;
-use super::{negotiate, render};
-use crate::core::picture::escape;
+use crate::api::operations::render;
+use crate::api::problem::Problem;
+use crate::draw::escape;
+use crate::http::negotiate;
 
 crate::object! {
     /// What this service is, and where it says more.
@@ -103,7 +104,7 @@ pub fn problem(headers: &HeaderMap, problem: Problem) -> Response {
         escape(detail)
     );
     let mut response = html(page(title, &body));
-    *response.status_mut() = problem.status();
+    *response.status_mut() = super::problem::status(&problem);
     shown(response)
 }
 

@@ -7,10 +7,10 @@ use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout_at};
 
-use super::cost::Cost;
 use super::queue::Queue;
+use crate::api::cost::Cost;
 use crate::core::work::{self, Cancel};
-use crate::metrics::{Because, Metrics, Reason};
+use crate::http::metrics::{Because, Metrics, Reason};
 
 /// Threads for computations, and the queue before them.
 #[derive(Debug)]

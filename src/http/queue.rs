@@ -9,8 +9,8 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::time::Duration;
 
-use super::cost::Cost;
 use super::rates::Rates;
+use crate::api::cost::Cost;
 use crate::core::work::Cancel;
 
 /// How much later than itself a computation may be passed, in its own expected time.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::cost::{Cost, KINDS};
+use crate::api::cost::{Cost, KINDS};
 
 /// An observation counts for as much as the last few together.
 const WEIGHT: f64 = 1.0 / 8.0;

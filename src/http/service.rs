@@ -11,9 +11,10 @@ use super::coding::Coding;
 use super::keys::Keys;
 use super::observe::RequestId;
 use super::pool::Pool;
-use crate::config::{Compression, Config};
-use crate::metrics::Metrics;
-use crate::traces::Traces;
+use crate::api::memory::Memory;
+use crate::http::metrics::Metrics;
+use crate::http::traces::Traces;
+use crate::server::config::{Compression, Config};
 
 /// The state of the service: everything a request needs beside itself.
 #[derive(Debug)]
@@ -21,6 +22,8 @@ pub struct Service {
     /// Where computations run.
     pub pool: Pool,
     /// Memory for bodies and answers.
+    pub memory: Arc<dyn Memory>,
+    /// The same, for who waits for room in it.
     pub budget: Arc<Budget>,
     /// What is counted.
     pub metrics: Arc<Metrics>,
@@ -50,11 +53,13 @@ impl Service {
     /// Keys that cannot be read, threads that cannot be started.
     pub fn start(config: &Config) -> Result<Arc<Self>, String> {
         let metrics = Arc::new(Metrics::default());
+        let budget = Budget::new(config.memory.0, metrics.clone());
         let patience = config.deadline.0 * config.queue_share / 100;
         let pool = Pool::start(config.worker_count(), config.queue, patience, metrics.clone());
         Ok(Arc::new(Service {
             pool: pool.map_err(|error| format!("cannot start the compute threads: {error}"))?,
-            budget: Budget::new(config.memory.0, metrics.clone()),
+            memory: budget.clone(),
+            budget,
             keys: Keys::new(&config.api_keys, config.api_keys_file.clone())?,
             traces: config.otlp_endpoint.as_deref().map(Traces::start).transpose()?,
             max_body: config.max_body.0,

@@ -23,10 +23,10 @@ use tokio::time::{Instant, sleep_until, timeout};
 use tower::ServiceExt;
 
 use super::Stage;
-use crate::config::Config;
 use crate::http::batch::Streaming;
+use crate::http::metrics::{Because, Metrics, Reason};
 use crate::http::observe::{REQUEST_ID, RequestId};
-use crate::metrics::{Because, Metrics, Reason};
+use crate::server::config::Config;
 
 /// The largest head of a request. Of headers the parser allows 100.
 const HEAD_BYTES: usize = 32 * 1024;

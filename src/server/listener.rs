@@ -14,10 +14,10 @@ use tokio_rustls::TlsAcceptor;
 
 use super::Stage;
 use super::connection::{self, App, PARTING, Times};
-use crate::config::Config;
-use crate::http::error::Problem;
+use crate::api::problem::Problem;
+use crate::http::metrics::{Metrics, Reason};
 use crate::http::service::Service;
-use crate::metrics::{Metrics, Reason};
+use crate::server::config::Config;
 
 /// Connections beyond the limit that are told so at the same time; others are closed without a word.
 const TURNED_AWAY: usize = 64;

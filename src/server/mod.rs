@@ -1,7 +1,13 @@
 //! Runs the service.
 
+pub mod commands;
+pub mod config;
 mod connection;
+pub mod healthcheck;
 mod listener;
+pub mod logs;
+pub mod offline;
+pub mod pretty;
 mod signals;
 mod tls;
 
@@ -16,10 +22,10 @@ use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::watch;
 use tokio::time::{interval, sleep, timeout};
 
-use crate::config::Config;
 use crate::http;
-use crate::http::edge::Edge;
+use crate::http::middleware::Edge;
 use crate::http::service::Service;
+use crate::server::config::Config;
 use listener::Listener;
 pub use signals::Signals;
 
@@ -108,7 +114,7 @@ impl Server {
             metrics.abort();
         }
         if service.traces.is_some() {
-            let flushed = tokio::task::spawn_blocking(move || service.traces.as_ref().map(crate::traces::Traces::flush));
+            let flushed = tokio::task::spawn_blocking(move || service.traces.as_ref().map(crate::http::traces::Traces::flush));
             let _ = timeout(Duration::from_secs(5), flushed).await;
         }
     }

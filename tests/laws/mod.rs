@@ -6,11 +6,11 @@ pub mod any;
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngSeed, TestError, TestRunner};
 use serde_json::Value;
+use springline::api::wire::{self as wire, Dimensioned};
 use springline::core::basis::Basis;
 use springline::core::curve::{Composite, Curve, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::point::{Point, magnitude};
-use springline::http::wire::{self, Dimensioned};
 
 /// The cases of one file of reference vectors.
 pub fn cases(file: &str) -> Vec<Value> {

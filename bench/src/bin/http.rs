@@ -19,10 +19,10 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use springline::core::error::Error;
 use springline::http::budget::Budget;
-use springline::http::json::{from_bytes, write};
-use springline::http::paper::Paper;
-use springline::http::shape::{RAW, Shape};
-use springline::http::{evaluate, fit, interpolate, subdivide, to_bspline};
+use springline::api::json::{from_bytes, write};
+use springline::api::chunks::Paper;
+use springline::api::output::{RAW, Shape};
+use springline::api::operations::{evaluate, fit, interpolate, subdivide, to_bspline};
 
 /// As in the service.
 #[global_allocator]
@@ -70,7 +70,7 @@ async fn ready<Request, Answer>(
     operation: fn(Request) -> Result<Answer, Error>,
 ) -> impl IntoResponse
 where
-    Request: springline::http::json::Request,
+    Request: springline::api::json::Request,
     Answer: Serialize + Send + Sync + 'static,
 {
     let request: Request = from_bytes(&body).expect("the requests are good");

@@ -1,0 +1,225 @@
+//! Batches: one operation a line in, one answer a line out, in the same order.
+
+use std::io::Write;
+use std::ops::AddAssign;
+use std::sync::Arc;
+
+use crate::api::problem::Status;
+
+use crate::api::chunks::{Paper, Sheets};
+use crate::api::json::{self as json, shortened};
+use crate::api::line::{Id, Line};
+use crate::api::memory::Memory;
+use crate::api::operations::{self, TABLE};
+use crate::api::output::Shape;
+use crate::api::problem::Problem;
+use crate::api::wire::tolerant::meant;
+
+/// Lines that are computed together: a part of a batch large enough that handing it to another thread costs nothing.
+pub const PART_BYTES: usize = 32 * 1024;
+/// And not more of them, so that a part is soon done.
+pub const PART_LINES: usize = 128;
+
+/// Lines of a batch, and where in it they begin.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The lines, each but perhaps the last with its end.
+    pub text: Vec<u8>,
+    /// The number of the first, from 1.
+    pub first: usize,
+}
+
+/// Lines that were answered, and how many of them with a problem.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// All of them, blank ones left out.
+    pub lines: usize,
+    /// Those with a problem.
+    pub failed: usize,
+}
+
+impl AddAssign for Tally {
+    fn add_assign(&mut self, other: Self) {
+        self.lines += other.lines;
+        self.failed += other.failed;
+    }
+}
+
+impl Part {
+    /// The lines one by one.
+    pub fn split(&self) -> Vec<Part> {
+        let lines = self.text.split_inclusive(|byte| *byte == b'\n').enumerate();
+        lines.map(|(i, line)| Part { text: line.to_vec(), first: self.first + i }).collect()
+    }
+
+    /// How many lines.
+    pub fn lines(&self) -> usize {
+        self.text.split_inclusive(|byte| *byte == b'\n').count()
+    }
+
+    /// Answers every line; a blank one with nothing.
+    ///
+    /// # Errors
+    /// Never for a line, which has its problem in its place; only when nobody waits any more.
+    pub fn answer(&self, shape: Shape, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<Sheets, Problem> {
+        self.tell(shape, max_depth, budget).map(|(sheets, _)| sheets)
+    }
+
+    /// The same, counted.
+    ///
+    /// # Errors
+    /// As [`Part::answer`].
+    pub fn tell(&self, shape: Shape, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<(Sheets, Tally), Problem> {
+        let (mut paper, mut tally) = (Paper::new(budget), Tally::default());
+        for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
+            if !line.trim_ascii().is_empty() {
+                crate::core::work::checkpoint()?;
+                let is_answered = answer(line, self.first + i, shape, max_depth, &mut paper)?;
+                tally += Tally { lines: 1, failed: usize::from(!is_answered) };
+            }
+        }
+        Ok((paper.finish(), tally))
+    }
+
+    /// This problem in the place of every line.
+    pub fn refuse(&self, problem: &Problem, budget: &Arc<dyn Memory>) -> Sheets {
+        let mut paper = Paper::new(budget);
+        for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
+            if !line.trim_ascii().is_empty() {
+                let id = Line::read(line, self.first + i, usize::MAX).map_or_else(|(id, _)| id, |(id, ..)| id);
+                // A sheet for a problem is always there.
+                let _ = refused(self.first + i, id.as_ref(), problem, &mut paper);
+            }
+        }
+        paper.finish()
+    }
+}
+
+/// Whether it could be answered; if not, its problem is written.
+fn answer(line: &[u8], number: usize, shape: Shape, max_depth: usize, paper: &mut Paper) -> Result<bool, Problem> {
+    let (id, op, body) = match Line::read(line, number, max_depth) {
+        Ok(parts) => parts,
+        Err((id, problem)) => return refused(number, id.as_ref(), &problem, paper).map(|()| false),
+    };
+    let mut own = paper.sibling();
+    let computed = match operations::named(&op) {
+        Some(operation) => (operation.answer_json)(body.get().as_bytes(), shape, &mut own),
+        None => Err(unknown(&op)),
+    };
+    crate::core::work::checkpoint()?;
+    match computed {
+        Ok(()) => {
+            begin(number, id.as_ref(), "answer", paper)?;
+            let sheets = own.finish();
+            paper.take(sheets).map_err(json::not_written)?;
+            paper.write_all(b"}\n").map_err(json::not_written).map(|()| true)
+        }
+        Err(problem) => refused(number, id.as_ref(), &problem, paper).map(|()| false),
+    }
+}
+
+fn unknown(op: &str) -> Problem {
+    let names = || TABLE.iter().map(|entry| entry.name);
+    let hint = meant(op, names()).map_or(String::new(), |name| format!(" (did you mean {name}?)"));
+    let all = names().collect::<Vec<_>>().join(", ");
+    let detail = format!("there is no operation `{}`{hint}; the operations are {all}", shortened(op));
+    Problem::at(Status::NOT_FOUND, "unknown_operation", "There is no such operation", "/op".into(), detail)
+}
+
+fn begin(number: usize, id: Option<&Id>, what: &str, paper: &mut Paper) -> Result<(), Problem> {
+    let id = id.and_then(|id| serde_json::to_string(id).ok()).map_or(String::new(), |id| format!("\"id\":{id},"));
+    write!(paper, "{{\"line\":{number},{id}\"{what}\":").map_err(json::not_written)
+}
+
+fn refused(number: usize, id: Option<&Id>, problem: &Problem, paper: &mut Paper) -> Result<(), Problem> {
+    begin(number, id, "problem", paper)?;
+    let text = serde_json::to_vec(problem).unwrap_or_default();
+    paper.write_all(&text).and_then(|()| paper.write_all(b"}\n")).map_err(json::not_written)
+}
+
+/// Cuts a stream of bytes into parts.
+#[derive(Debug, Default)]
+pub struct Cutter {
+    bytes: Vec<u8>,
+    /// How much of it has been cut off, how much has been searched for ends of lines, and where the last of these is.
+    cut: usize,
+    seen: usize,
+    end: usize,
+    /// The whole lines since the last cut, and all before.
+    whole: usize,
+    lines: usize,
+}
+
+impl Cutter {
+    /// Adds bytes.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.bytes.drain(..self.cut);
+        (self.seen, self.end, self.cut) = (self.seen - self.cut, self.end - self.cut, 0);
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// Bytes that belong to no part yet.
+    pub fn pending(&self) -> usize {
+        self.bytes.len() - self.cut
+    }
+
+    /// The number of the next line, from 1.
+    pub fn line(&self) -> usize {
+        self.lines + 1
+    }
+
+    /// The next part, if there are enough whole lines for one.
+    pub fn part(&mut self) -> Option<Part> {
+        while let Some(length) = self.bytes[self.seen..].iter().position(|byte| *byte == b'\n') {
+            self.seen += length + 1;
+            self.whole += 1;
+            self.end = self.seen;
+            if self.end - self.cut >= PART_BYTES || self.whole == PART_LINES {
+                return Some(self.cut_off(self.end));
+            }
+        }
+        self.seen = self.bytes.len();
+        None
+    }
+
+    /// What is left of what [`Cutter::part`] has seen: whole lines, and at the end of the stream one without its end.
+    pub fn rest(&mut self, is_end: bool) -> Option<Part> {
+        let end = if is_end { self.bytes.len() } else { self.end };
+        (end > self.cut).then(|| self.cut_off(end))
+    }
+
+    fn cut_off(&mut self, end: usize) -> Part {
+        let part = Part { first: self.lines + 1, text: self.bytes[self.cut..end].to_vec() };
+        (self.cut, self.seen, self.end, self.whole) = (end, end, end, 0);
+        self.lines += part.lines();
+        part
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_the_text_again_whatever_the_pieces() {
+        let text: String = (0..1000).map(|i| format!("{}\n", "x".repeat(i % 700))).collect();
+        for piece in [1, 7, 1000, 100_000] {
+            let (mut cutter, mut whole, mut lines) = (Cutter::default(), Vec::new(), 1);
+            let mut take = |part: Part| {
+                assert_eq!(part.first, lines);
+                lines += part.lines();
+                assert!(part.lines() <= PART_LINES);
+                whole.extend(part.text);
+            };
+            for bytes in text.as_bytes().chunks(piece) {
+                cutter.push(bytes);
+                while let Some(part) = cutter.part() {
+                    take(part);
+                }
+            }
+            cutter.rest(true).into_iter().for_each(&mut take);
+            assert_eq!(whole, text.as_bytes(), "{piece}");
+            assert_eq!(lines, 1001);
+        }
+    }
+}

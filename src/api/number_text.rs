@@ -1,0 +1,271 @@
+//! Lists of numbers and of points, written in one go.
+
+use std::io::{self, Write};
+use std::thread;
+
+use crate::api::chunks::{Paper, Stopped};
+use crate::api::output::{Layout, Precision, Shape};
+use crate::api::rounded::{Block, LANES, ROOM, Rounding};
+use crate::api::writer::{Unwritten, not_finite};
+use crate::core::lanes::are_finite;
+use crate::core::work;
+
+/// Numbers row by row.
+#[derive(Debug, Clone, Copy)]
+pub struct Numbers<'a> {
+    /// How many are in a row: the coordinates of a point; 0 for plain numbers.
+    pub columns: usize,
+    /// Row after row.
+    pub values: &'a [f64],
+}
+
+/// As many numbers as are worth another thread: their text takes some hundred microseconds, a thread some ten.
+const WORTH: usize = 8_192;
+/// What a number takes in JSON, mostly; with its comma.
+const DIGITS: usize = 21;
+/// Numbers whose bytes are written at once.
+const BLOCK: usize = 4_096;
+
+fn check_finite(values: &[f64]) -> Result<(), Unwritten> {
+    if are_finite(values) { Ok(()) } else { Err(not_finite()) }
+}
+
+// The raw format is little-endian, and lists are sent as they are in memory.
+const _: () = assert!(cfg!(target_endian = "little"));
+
+impl Numbers<'_> {
+    /// How many numbers or points.
+    pub fn rows(&self) -> usize {
+        self.values.len() / self.columns.max(1)
+    }
+
+    /// Writes the bytes of the numbers.
+    pub fn write_raw(&self, precision: Precision, paper: &mut Paper) -> Result<(), Unwritten> {
+        let width = if precision == Precision::Single { size_of::<f32>() } else { size_of::<f64>() };
+        paper.expect(self.values.len() * width)?;
+        let mut rounded = Vec::new();
+        for values in self.values.chunks(BLOCK) {
+            let values = precision.round_all(values, &mut rounded);
+            check_finite(values)?;
+            if precision == Precision::Single {
+                let singles: Vec<f32> = values.iter().map(|value| *value as f32).collect();
+                paper.write_all(bytemuck::cast_slice(&singles))?;
+            } else {
+                paper.write_all(bytemuck::cast_slice(values))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the list as JSON; a long one on several threads, each its part.
+    pub fn write_json(&self, shape: Shape, scribe: &mut Scribe, paper: &mut Paper) -> Result<(), Unwritten> {
+        paper.write_all(b"[")?;
+        let hands = paper.hands().min(self.values.len() / WORTH);
+        if hands < 2 {
+            scribe.write(*self, shape, paper)?;
+            return paper.write_all(b"]").map_err(Unwritten::from);
+        }
+        let part = |values| Numbers { values, ..*self };
+        let mut parts = self.values.chunks(self.rows().div_ceil(hands) * self.columns.max(1)).map(part);
+        let first = parts.next().unwrap_or(part(&[]));
+        let cancel = work::current();
+        thread::scope(|scope| {
+            let mut others = Vec::new();
+            for part in parts {
+                let mut own = paper.paid_sibling()?;
+                let cancel = &cancel;
+                let spawned = thread::Builder::new().spawn_scoped(scope, move || {
+                    own.write_all(b",")?;
+                    work::run(cancel, || Scribe::default().write(part, shape, &mut own)).map(|()| own.finish())
+                });
+                others.push(spawned.map_err(|_| io::Error::other(Stopped::NoRoom))?);
+            }
+            scribe.write(first, shape, paper)?;
+            for other in others {
+                paper.append(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+            }
+            paper.write_all(b"]").map_err(Unwritten::from)
+        })
+    }
+}
+
+/// What it takes to turn numbers to text; made once for many lists.
+pub struct Scribe {
+    texts: [zmij::Buffer; AT_ONCE],
+    block: Block,
+    line: Line,
+}
+
+impl Default for Scribe {
+    fn default() -> Self {
+        Scribe { texts: std::array::from_fn(|_| zmij::Buffer::new()), block: Block::default(), line: Line::new() }
+    }
+}
+
+impl Scribe {
+    /// Whole rows, separated by commas.
+    fn write(&mut self, numbers: Numbers, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
+        paper.expect(numbers.values.len() * DIGITS)?;
+        let mut commas = Commas::of(if shape.layout == Layout::Nested { numbers.columns } else { 0 });
+        for values in numbers.values.chunks(AT_ONCE) {
+            check_finite(values)?;
+            match shape.precision {
+                Precision::Full => self.write_shortest(values, &mut commas, |value| value),
+                Precision::Single => {
+                    let singles = values.iter().all(|value| (*value as f32).is_finite());
+                    singles.then(|| self.write_shortest(values, &mut commas, |value| value as f32)).ok_or_else(not_finite)?;
+                }
+                Precision::Digits(digits) => {
+                    self.write_rounded(values, &mut commas, Rounding::to(digits)).ok_or_else(not_finite)?;
+                }
+            }
+            paper.write_all(&self.line.bytes[..self.line.length])?;
+            self.line.length = 0;
+        }
+        paper.write_all(if commas.width > 0 { b"]" } else { b"" }).map_err(Unwritten::from)
+    }
+
+    /// The shortest texts that parse back to the same numbers, all of which are finite.
+    #[inline]
+    fn write_shortest<F: zmij::Float>(&mut self, values: &[f64], commas: &mut Commas, convert: fn(f64) -> F) {
+        let mut texts = [""; AT_ONCE];
+        for ((text, buffer), value) in texts.iter_mut().zip(&mut self.texts).zip(values) {
+            *text = buffer.format_finite(convert(*value));
+        }
+        for text in &texts[..values.len()] {
+            self.line.put(commas.next());
+            self.line.put_number(text.as_bytes());
+        }
+    }
+
+    /// Rounded texts, or nothing where a number becomes too large.
+    fn write_rounded(&mut self, values: &[f64], commas: &mut Commas, rounding: Rounding) -> Option<()> {
+        self.block.round(rounding, values);
+        for (i, value) in values.iter().enumerate() {
+            self.line.put(commas.next());
+            let room = &mut self.line.bytes[self.line.length..];
+            self.line.length += self.block.write(rounding, i, *value, room)?;
+        }
+        Some(())
+    }
+}
+
+/// How many numbers are turned to text before their texts are copied: a text that is copied at once waits for its own stores.
+const AT_ONCE: usize = LANES;
+/// The longest text of a number, -2.2250738585072014e-308.
+const LONGEST: usize = 24;
+
+/// What stands before a number, and how much of it counts.
+type Before = (&'static [u8; 4], usize);
+const NOTHING: Before = (b"    ", 0);
+const OPEN: Before = (b"[   ", 1);
+const COMMA: Before = (b",   ", 1);
+const NEXT: Before = (b"],[ ", 3);
+
+/// What separates numbers.
+struct Commas {
+    /// How many numbers are in a row; 0 for plain numbers.
+    width: usize,
+    column: usize,
+    before: Before,
+}
+
+impl Commas {
+    fn of(width: usize) -> Self {
+        Commas { width, column: 0, before: if width > 0 { OPEN } else { NOTHING } }
+    }
+
+    /// What stands before the next number.
+    #[inline]
+    fn next(&mut self) -> Before {
+        self.column += 1;
+        let ends = self.column == self.width;
+        self.column *= usize::from(!ends);
+        std::mem::replace(&mut self.before, if ends { NEXT } else { COMMA })
+    }
+}
+
+/// Text of numbers, copied in words of fixed size: where the compiler does not know the length, each copy is a call.
+struct Line {
+    bytes: [u8; AT_ONCE * (LONGEST + 4) + ROOM],
+    length: usize,
+}
+
+impl Line {
+    fn new() -> Self {
+        Line { bytes: [0; AT_ONCE * (LONGEST + 4) + ROOM], length: 0 }
+    }
+
+    #[inline]
+    fn put(&mut self, (bytes, length): Before) {
+        self.bytes[self.length..self.length + 4].copy_from_slice(bytes);
+        self.length += length;
+    }
+
+    /// Copies the beginning and the end, which may overlap.
+    #[inline]
+    fn put_number(&mut self, text: &[u8]) {
+        let to = &mut self.bytes[self.length..self.length + text.len()];
+        let end = text.len().saturating_sub(8);
+        if text.len() >= 16 {
+            to[..16].copy_from_slice(&text[..16]);
+            to[end..].copy_from_slice(&text[end..]);
+        } else if text.len() >= 8 {
+            to[..8].copy_from_slice(&text[..8]);
+            to[end..].copy_from_slice(&text[end..]);
+        } else {
+            to.iter_mut().zip(text).for_each(|(to, byte)| *to = *byte);
+        }
+        self.length += text.len();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::memory::{self, Memory};
+
+    fn values(count: usize) -> Vec<f64> {
+        (0..count).map(|i| (i as f64 * 0.7).sin() * 10f64.powi(i as i32 % 40 - 20)).collect()
+    }
+
+    fn written(columns: usize, values: &[f64], shape: Shape, hands: usize) -> Vec<u8> {
+        let budget = memory::limited(1 << 30);
+        let mut paper = Paper::new(&budget).with_hands(hands);
+        Numbers { columns, values }.write_json(shape, &mut Scribe::default(), &mut paper).unwrap();
+        paper.finish().concat()
+    }
+
+    #[test]
+    fn a_list_is_what_serde_json_writes_however_many_write_it() {
+        for rows in [1, 2, 3 * WORTH, 100_000] {
+            let values = values(3 * rows);
+            let nested: Vec<&[f64]> = values.chunks(3).collect();
+            let (nested, flat) = (serde_json::to_vec(&nested).unwrap(), serde_json::to_vec(&values).unwrap());
+            for hands in [1, 2, 3, 7] {
+                let flattened = Shape { layout: Layout::Flat, ..Shape::default() };
+                assert!(written(3, &values, Shape::default(), hands) == nested, "{rows} rows, {hands} hands");
+                assert!(written(3, &values, flattened, hands) == flat, "{rows} rows, {hands} hands");
+                assert!(written(0, &values, Shape::default(), hands) == flat, "{rows} rows, {hands} hands");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_refused() {
+        let mut paper = Paper::new(&memory::unlimited());
+        for (precision, value) in [(Precision::Full, f64::INFINITY), (Precision::Full, f64::NAN), (Precision::Single, 1e39)] {
+            let numbers = Numbers { columns: 2, values: &[1.0, value] };
+            assert!(numbers.write_raw(precision, &mut paper).is_err());
+            assert!(numbers.write_json(Shape { precision, ..Shape::default() }, &mut Scribe::default(), &mut paper).is_err());
+        }
+    }
+
+    #[test]
+    fn a_budget_that_is_spent_ends_a_list_of_many_hands() {
+        let budget = memory::limited(0);
+        let mut paper = Paper::new(&budget).with_hands(2);
+        let numbers = Numbers { columns: 3, values: &values(300_000) };
+        assert!(numbers.write_json(Shape::default(), &mut Scribe::default(), &mut paper).is_err());
+    }
+}

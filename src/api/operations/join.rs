@@ -1,0 +1,185 @@
+//! `join`.
+
+use crate::api::cost::{Cost, Costed, Kind, order, size};
+use crate::api::operations::{Operation, Output};
+use crate::api::json::Request;
+use crate::api::operations::Example;
+use crate::api::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, list, need, part};
+use crate::core::curve::{self, Single};
+use crate::core::error::{At, Error, Fault, both};
+use crate::core::join as core;
+use crate::core::point::Point;
+
+crate::names! {
+    /// The smoothness wanted at every joint.
+    pub enum Smoothness {
+        /// The curves meet.
+        C0 = "C0",
+        /// Their tangents agree.
+        G1 = "G1",
+        /// Their first derivatives agree.
+        C1 = "C1",
+        /// Their tangents and curvatures agree.
+        G2 = "G2",
+        /// Their first and second derivatives agree.
+        C2 = "C2",
+    }
+}
+
+crate::names! {
+    /// Which control points may move.
+    pub enum Movable {
+        /// Those of the curve after a joint.
+        Following = "following",
+        /// Those of the curve before a joint.
+        Leading = "leading",
+        /// Both.
+        Both = "both",
+    }
+}
+
+crate::object! {
+    /// Curves to join.
+    pub struct JoinRequest {
+        /// Single curves, 2 to 1,000, of one order and one dimension, laid end to end in this order.
+        required curves: Vec<Curve> = list::<Curve>(2, core::CURVES),
+        /// The smoothness wanted at every joint, for the shape parameters that the curves have, mixed ones included.
+        required smoothness: Smoothness,
+        /// Which control points next to a joint may move: `following`, `leading` or `both` (the default); on a side the end point and as many
+        /// more as derivatives are compared.
+        optional movable: Movable,
+        /// Whether the continuity report lists every joint (`full`, the default) or only the largest values (`summary`).
+        optional report: ReportStyle,
+    }
+}
+
+crate::object! {
+    /// The curves, joined.
+    pub struct JoinAnswer {
+        /// The piecewise curve; its knots are the sums of the lengths of the curves' domains.
+        required curve: Curve,
+        /// `moved[i][j]`: how far control point j of curve i moved. The sum of squares is least for C classes, a local minimum for G classes.
+        required moved: Vec<Vec<f64>>,
+        /// The continuity reached, measured on the curve returned.
+        required continuity: Continuity,
+        /// Which control points were allowed to move.
+        required movable: Movable,
+    }
+}
+
+impl Output for JoinAnswer {}
+
+/// The request bodies that the specification shows.
+pub const EXAMPLES: &[Example] = &[
+    Example::new(
+        "cheng-figure-9",
+        "Two cubics with different beta, made C1 (Cheng et al. Figure 9)",
+        include_str!("../../../openapi/examples/join-cheng-figure-9.json"),
+    ),
+    Example::new(
+        "curvature",
+        "Two families, one curvature: G2, only the following curve moves",
+        include_str!("../../../openapi/examples/join-curvature.json"),
+    ),
+];
+
+/// Join curves smoothly.
+#[derive(Debug, Clone, Copy)]
+pub struct Join;
+
+impl Operation for Join {
+    type Request = JoinRequest;
+    type Answer = JoinAnswer;
+    const NAME: &str = "join";
+    const ID: &str = "join";
+    const TAG: &str = "Curves";
+    const SUMMARY: &str = "Join curves smoothly";
+    const DESCRIPTION: &str = "Moves as few control points as little as possible so that the curves join with the class \
+        wanted. Cost: linear in curves.";
+    const ANSWERED: &str = "The joined curve.";
+    const EXAMPLES: &[Example] = EXAMPLES;
+
+    fn compute(request: JoinRequest) -> Result<JoinAnswer, Error> {
+        operation(request)
+    }
+}
+
+impl Costed for JoinRequest {
+    fn cost(&self) -> Cost {
+        Cost::new(Kind::Smooth, self.curves.iter().flatten().map(|curve| 300.0 * size(curve) * order(curve)).sum())
+    }
+}
+
+impl Request for JoinRequest {
+    fn check(self) -> Result<(), Error> {
+        parts(self.curves, self.smoothness).map(drop)
+    }
+}
+
+/// Request to answer, without HTTP.
+///
+/// # Errors
+/// Whatever [`core::join`] refuses, with its place in the request.
+pub fn operation(request: JoinRequest) -> Result<JoinAnswer, Error> {
+    let movable = request.movable.unwrap_or(Movable::Both);
+    let style = request.report.unwrap_or(ReportStyle::Full);
+    match parts(request.curves, request.smoothness)? {
+        (Dimensioned::Plane(curves), smoothness) => join(curves, smoothness, movable, style),
+        (Dimensioned::Space(curves), smoothness) => join(curves, smoothness, movable, style),
+    }
+}
+
+type Curves = Dimensioned<Vec<curve::Curve<2>>, Vec<curve::Curve<3>>>;
+
+fn parts(curves: Option<Vec<Curve>>, smoothness: Option<Smoothness>) -> Result<(Curves, Smoothness), Error> {
+    both(part(curves, "curves", Dimensioned::parse_list), need(smoothness, "smoothness"))
+}
+
+fn join<const D: usize>(
+    curves: Vec<curve::Curve<D>>,
+    smoothness: Smoothness,
+    movable: Movable,
+    style: ReportStyle,
+) -> Result<JoinAnswer, Error>
+where
+    Points: From<Vec<Point<D>>>,
+{
+    let singles = curves.into_iter().enumerate().map(|(i, curve)| single(curve).at("family").at(i));
+    let singles = singles.collect::<Result<Vec<_>, _>>().at("curves")?;
+    let joined = core::join(singles, smoothness.into(), movable.into())?;
+    Ok(JoinAnswer {
+        curve: Some(Curve::of_core(curve::Curve::Piecewise(joined.curve))),
+        moved: Some(joined.moved),
+        continuity: Some(Continuity::of_core(&joined.continuity, style)),
+        movable: Some(movable),
+    })
+}
+
+fn single<const D: usize>(curve: curve::Curve<D>) -> Result<Single<D>, Fault> {
+    match curve {
+        curve::Curve::Single(single) => Ok(single),
+        _ => Err(Fault::UnsuitableCurve("only single segments are joined; send the segments of a piecewise curve one by one".into())),
+    }
+}
+
+impl From<Smoothness> for core::Smoothness {
+    fn from(smoothness: Smoothness) -> Self {
+        match smoothness {
+            Smoothness::C0 => core::Smoothness::C0,
+            Smoothness::G1 => core::Smoothness::G1,
+            Smoothness::C1 => core::Smoothness::C1,
+            Smoothness::G2 => core::Smoothness::G2,
+            Smoothness::C2 => core::Smoothness::C2,
+        }
+    }
+}
+
+impl From<Movable> for core::Movable {
+    fn from(movable: Movable) -> Self {
+        match movable {
+            Movable::Following => core::Movable::Following,
+            Movable::Leading => core::Movable::Leading,
+            Movable::Both => core::Movable::Both,
+        }
+    }
+}

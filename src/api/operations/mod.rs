@@ -1,0 +1,182 @@
+//! The operations: what each is, and the one table of all.
+
+use std::io::Write;
+
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use crate::api::chunks::{Paper, SHEET};
+use crate::api::cost::Costed;
+use crate::api::json::{self, Request};
+use crate::api::output::Shape;
+use crate::api::problem::Problem;
+use crate::core::error::Error;
+
+/// A request body that the specification shows and a test runs.
+#[derive(Debug, Clone, Copy)]
+pub struct Example {
+    /// Its key in the specification.
+    pub name: &'static str,
+    /// What it shows.
+    pub summary: &'static str,
+    /// The JSON.
+    pub body: &'static str,
+}
+
+impl Example {
+    const fn new(name: &'static str, summary: &'static str, body: &'static str) -> Self {
+        Example { name, summary, body }
+    }
+}
+
+/// What an operation answers with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutputKind {
+    /// An object: as JSON or in the raw format.
+    Object,
+    /// A picture, as SVG; in a batch a string.
+    Picture,
+}
+
+/// One operation: everything that the floors above, the specification and the command line need to know of it.
+pub trait Operation: 'static {
+    /// What it takes.
+    type Request: Request + Costed + ToSchema + Send + 'static;
+    /// What it answers.
+    type Answer: Output + ToSchema;
+    /// Its path after `/v1/`; its name in batches and on the command line.
+    const NAME: &str;
+    /// Its name in generated clients.
+    const ID: &str;
+    /// Its group in the documentation.
+    const TAG: &str;
+    /// What it does, in a few words.
+    const SUMMARY: &str;
+    /// What it does, and what it costs.
+    const DESCRIPTION: &str;
+    /// What its answer is.
+    const ANSWERED: &str;
+    /// Requests that show it.
+    const EXAMPLES: &[Example];
+
+    /// Request to answer.
+    ///
+    /// # Errors
+    /// Whatever the core refuses, with its place in the request.
+    fn compute(request: Self::Request) -> Result<Self::Answer, Error>;
+
+    /// Whether a request costs less than handing it to another thread.
+    fn is_small(_request: &Self::Request) -> bool {
+        false
+    }
+}
+
+/// What answers are.
+pub trait Output: Serialize + Sized + 'static {
+    /// As which kind.
+    const KIND: OutputKind = OutputKind::Object;
+
+    /// Writes it as the answer to a single request.
+    ///
+    /// # Errors
+    /// As [`json::write`].
+    fn write(&self, shape: Shape, paper: &mut Paper) -> Result<(), Problem> {
+        json::write(self, shape, paper)
+    }
+}
+
+/// A picture.
+impl Output for String {
+    const KIND: OutputKind = OutputKind::Picture;
+
+    fn write(&self, _: Shape, paper: &mut Paper) -> Result<(), Problem> {
+        self.as_bytes().chunks(SHEET).try_for_each(|part| paper.write_all(part)).map_err(json::not_written)
+    }
+}
+
+/// Reads a request, computes, writes the answer.
+pub type Answer = fn(&[u8], Shape, &mut Paper) -> Result<(), Problem>;
+
+/// An operation in the table.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// Its path after `/v1/`.
+    pub name: &'static str,
+    /// What it does, in a few words.
+    pub summary: &'static str,
+    /// Requests that show it.
+    pub examples: &'static [Example],
+    /// What it answers with.
+    pub kind: OutputKind,
+    /// Bytes to bytes, as to a single request.
+    pub answer: Answer,
+    /// Bytes to JSON, as in a batch.
+    pub answer_json: Answer,
+}
+
+impl Entry {
+    const fn of<O: Operation>() -> Self {
+        Entry {
+            name: O::NAME,
+            summary: O::SUMMARY,
+            examples: O::EXAMPLES,
+            kind: O::Answer::KIND,
+            answer: |body, shape, paper| answered::<O>(body)?.write(shape, paper),
+            answer_json: |body, shape, paper| json::write(&answered::<O>(body)?, shape, paper),
+        }
+    }
+
+    /// Where it is posted to.
+    pub fn path(&self) -> String {
+        format!("/v1/{}", self.name)
+    }
+}
+
+fn answered<O: Operation>(body: &[u8]) -> Result<O::Answer, Problem> {
+    O::compute(json::from_bytes(body)?).map_err(|error| json::refused(error, body))
+}
+
+/// Makes something of every operation, by its type.
+pub trait Visitor {
+    /// What is made.
+    type Made;
+
+    /// Makes it of one.
+    fn visit<O: Operation>(&mut self) -> Self::Made;
+}
+
+macro_rules! operations {
+    ($($module:ident::$name:ident),* $(,)?) => {
+        $(pub mod $module;)*
+
+        /// Every operation.
+        pub const TABLE: &[Entry] = &[$(Entry::of::<$module::$name>()),*];
+
+        /// What the visitor makes of every operation, in the order of the table.
+        pub fn each<V: Visitor>(mut visitor: V) -> Vec<V::Made> {
+            vec![$(visitor.visit::<$module::$name>()),*]
+        }
+    };
+}
+
+operations! {
+    evaluate::Evaluate,
+    subdivide::Subdivide,
+    to_bspline::ToBspline,
+    interpolate::Interpolate,
+    fit::Fit,
+    reshape::Reshape,
+    join::Join,
+    convert::Convert,
+    continuity::ContinuityOperation,
+    basis::BasisOperation,
+    surface_evaluate::SurfaceEvaluate,
+    surface_subdivide::SurfaceSubdivide,
+    surface_tessellate::SurfaceTessellate,
+    render::Render,
+}
+
+/// The operation of this name.
+pub fn named(name: &str) -> Option<&'static Entry> {
+    TABLE.iter().find(|entry| entry.name == name)
+}

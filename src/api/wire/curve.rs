@@ -1,0 +1,213 @@
+//! Curves on the wire.
+
+use crate::api::wire::basis::{Basis, BasisFamily, Shape, li_beta, parse_list};
+use crate::api::wire::field::{Whole, need, number, part, whole};
+use crate::api::wire::points::Points;
+use crate::core::basis;
+use crate::core::curve as core;
+use crate::core::error::{At, Error, Fault, both, every, increasing};
+use crate::core::knots::Breaks;
+use crate::core::limits;
+use crate::core::point::Point;
+use crate::core::work::checkpoint;
+
+crate::union! {
+    /// A curve, told by its `family`. Every operation takes one and returns one, so the output of a call is the input of the next.
+    pub struct Curve by family: CurveFamily {
+        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more. Exactly one of `beta` and `lambda` is given.
+        beta: f64 = number().minimum(Some(0.0)),
+        /// 1 / beta, 0 or more; 0 is the limit beta = infinity, the straight segment. Exactly one of `beta` and `lambda` is given.
+        lambda: f64 = number().minimum(Some(0.0)),
+        /// The length of the parameter domain, 0 < alpha <= 1.
+        alpha: f64 = number().exclusive_minimum(Some(0.0)).maximum(Some(1.0)),
+        /// The shape matrix.
+        shape: Shape,
+        /// One basis for all segments, or one for each.
+        bases: Vec<Basis>,
+        /// Control points per segment, less one; 1 to 64.
+        order: Whole = whole(1, limits::DEGREE),
+        /// The degree, 1 to 64.
+        degree: Whole = whole(1, limits::DEGREE),
+        /// Of a piecewise curve: the parameters of the joints, strictly increasing, one more than segments. Of a B-spline: the full
+        /// knot vector, control points + degree + 1 knots that do not decrease (some programs leave out the first and the last).
+        knots: Vec<f64>,
+        /// Whether the curve ends where it starts; default false.
+        closed: bool,
+        /// The control polygon. A piecewise curve has segments * order + 1 points, as neighbours share the point at their joint.
+        control_points: Points,
+    }
+    /// A Bezier curve over [0, 1].
+    "bezier" Bezier as BezierCurve: [control_points] [];
+    /// A Beta-Bezier curve over [0, 1] (Cheng, Kazadi and Lin 2021).
+    "beta-bezier" Beta as BetaBezierCurve: [control_points] [beta, lambda]
+        either [beta as BetaBezierCurve, lambda as BetaBezierCurveByLambda];
+    /// An alpha-beta-Bezier curve over [0, alpha] with 4 control points (Li 2014).
+    "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierCurve: [alpha, beta, control_points] [] where {
+        /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier curve.
+        beta = li_beta(),
+    };
+    /// A Quasi-Bezier curve over [0, 1] (Chen 2013).
+    "quasi-bezier" Quasi as QuasiBezierCurve: [shape, control_points] [];
+    /// Segments joined end to end over [first knot, last knot], each filling its interval.
+    "piecewise" Piecewise as PiecewiseCurve: [bases, order, knots, control_points] [closed];
+    /// A B-spline over its valid knot range.
+    "bspline" BSpline as BSplineCurve: [degree, knots, control_points] [closed];
+}
+
+/// A curve, or a list of curves, whose dimension is known.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Dimensioned<P = core::Curve<2>, S = core::Curve<3>> {
+    /// 2D.
+    Plane(P),
+    /// 3D.
+    Space(S),
+}
+
+impl Dimensioned {
+    /// Curves of one dimension, that of the first.
+    ///
+    /// # Errors
+    /// Faults of a curve at its place in the list; no curve at all; a curve of another dimension.
+    pub fn parse_list(curves: Vec<Curve>) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
+        crate::core::error::at_least("curves", curves.len(), 1)?;
+        let parsed = every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse().at(i)))?;
+        let (mut plane, mut space) = (Vec::new(), Vec::new());
+        for (i, curve) in parsed.into_iter().enumerate() {
+            match curve {
+                Dimensioned::Plane(curve) => plane.push(curve),
+                Dimensioned::Space(curve) => space.push(curve),
+            }
+            if !plane.is_empty() && !space.is_empty() {
+                let (count, expected) = if plane.len() == i { (3, 2) } else { (2, 3) };
+                let rule = "all curves have as many coordinates as the first";
+                return Err(Fault::WrongCount { what: "coordinates", count, expected, rule }.at("control_points").at(i));
+            }
+        }
+        Ok(if space.is_empty() { Dimensioned::Plane(plane) } else { Dimensioned::Space(space) })
+    }
+}
+
+/// A curve but for its control points, whose dimension is not known yet.
+enum Frame {
+    Single(basis::Basis),
+    Piecewise { bases: core::Bases, breaks: Breaks, order: usize, closed: bool },
+    BSpline { degree: usize, knots: Vec<f64>, closed: bool },
+}
+
+impl Frame {
+    fn with_points<const D: usize>(self, points: Vec<Point<D>>) -> Result<core::Curve<D>, Error> {
+        Ok(match self {
+            Frame::Single(basis) => core::Curve::Single(core::Single::new(basis, points)?),
+            Frame::Piecewise { bases, breaks, order, closed } => {
+                core::Curve::Piecewise(core::Piecewise::new(bases, order, breaks, closed, points)?)
+            }
+            Frame::BSpline { degree, knots, closed } => core::Curve::BSpline(core::BSpline::new(degree, knots, points, closed)?),
+        })
+    }
+}
+
+impl Curve {
+    /// Whether work that is linear in the segments costs less than handing it to another thread.
+    pub fn is_small(&self) -> bool {
+        let points = self.control_points.as_ref().map_or(0, Points::len);
+        let order = self.order.or(self.degree).map_or(points, |order| order.0);
+        points <= 256 && order <= 16 && self.bases.as_ref().map_or(0, Vec::len) <= 8
+    }
+
+    /// The core's curve.
+    ///
+    /// # Errors
+    /// Fields of another family, missing fields, and whatever the mathematics forbids, each at its place.
+    pub fn parse(mut self) -> Result<Dimensioned, Error> {
+        checkpoint()?;
+        let family = self.kind();
+        let points = need(self.control_points.take(), "control_points");
+        let ((_, frame), points) = both(both(family, self.frame()), points)?;
+        Ok(match points {
+            Points::Plane(points) => Dimensioned::Plane(frame.with_points(points)?),
+            Points::Space(points) => Dimensioned::Space(frame.with_points(points)?),
+        })
+    }
+
+    /// All but the control points.
+    fn frame(self) -> Result<Frame, Error> {
+        let family = match self.tag()? {
+            CurveFamily::Bezier => BasisFamily::Bezier,
+            CurveFamily::Beta => BasisFamily::Beta,
+            CurveFamily::AlphaBeta => BasisFamily::AlphaBeta,
+            CurveFamily::Quasi => BasisFamily::Quasi,
+            CurveFamily::Piecewise => return self.piecewise(),
+            CurveFamily::BSpline => return self.bspline(),
+        };
+        let basis = Basis { family: Some(family), beta: self.beta, lambda: self.lambda, alpha: self.alpha, shape: self.shape };
+        basis.parse().map(Frame::Single)
+    }
+
+    fn piecewise(self) -> Result<Frame, Error> {
+        let list = |bases| {
+            let mut bases = parse_list(bases)?;
+            match bases.pop() {
+                Some(only) if bases.is_empty() => Ok(core::Bases::Common(only)),
+                Some(last) => Ok(core::Bases::PerSegment(bases.into_iter().chain([last]).collect())),
+                None => Err(Fault::TooFew { what: "bases", count: 0, least: 1 }.into()),
+            }
+        };
+        let parts = both(part(self.bases, "bases", list), part(self.knots, "knots", Breaks::new));
+        let order = part(self.order, "order", |order| Ok(core::within_degrees("order", order.0).map(|()| order.0)?));
+        let ((bases, breaks), order) = both(parts, order)?;
+        Ok(Frame::Piecewise { bases, breaks, order, closed: self.closed.unwrap_or(false) })
+    }
+
+    fn bspline(self) -> Result<Frame, Error> {
+        let degree = part(self.degree, "degree", |degree| Ok(core::within_degrees("degree", degree.0).map(|()| degree.0)?));
+        let knots = part(self.knots, "knots", |knots| increasing("knots", &knots, false).map(|()| knots));
+        let (degree, knots) = both(degree, knots)?;
+        Ok(Frame::BSpline { degree, knots, closed: self.closed.unwrap_or(false) })
+    }
+
+    /// The curve of an answer.
+    pub fn of_core<const D: usize>(curve: core::Curve<D>) -> Self
+    where
+        Points: From<Vec<Point<D>>>,
+    {
+        match curve {
+            core::Curve::Single(curve) => {
+                let (basis, points) = curve.into_parts();
+                Self::single((&basis).into(), points.into())
+            }
+            core::Curve::Piecewise(curve) => Self {
+                bases: Some(curve.bases().as_slice().iter().map(Basis::from).collect()),
+                order: Some(Whole(curve.order())),
+                knots: Some(curve.breaks().as_slice().to_vec()),
+                closed: Some(curve.closed()),
+                control_points: Some(curve.into_control_points().into()),
+                ..Self::of(CurveFamily::Piecewise)
+            },
+            core::Curve::BSpline(curve) => Self {
+                degree: Some(Whole(curve.degree())),
+                knots: Some(curve.knots().as_slice().to_vec()),
+                closed: Some(curve.closed()),
+                control_points: Some(curve.into_control_points().into()),
+                ..Self::of(CurveFamily::BSpline)
+            },
+        }
+    }
+
+    fn single(basis: Basis, points: Points) -> Self {
+        let family = basis.family.map(|family| match family {
+            BasisFamily::Bezier => CurveFamily::Bezier,
+            BasisFamily::Beta => CurveFamily::Beta,
+            BasisFamily::AlphaBeta => CurveFamily::AlphaBeta,
+            BasisFamily::Quasi => CurveFamily::Quasi,
+        });
+        Self {
+            family,
+            beta: basis.beta,
+            lambda: basis.lambda,
+            alpha: basis.alpha,
+            shape: basis.shape,
+            control_points: Some(points),
+            ..Self::default()
+        }
+    }
+}

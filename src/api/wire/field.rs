@@ -1,0 +1,373 @@
+//! The values that fields hold.
+
+use std::marker::PhantomData;
+
+use bytemuck::TransparentWrapper;
+use serde::de::{DeserializeOwned, DeserializeSeed, Error as _, MapAccess, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
+
+use crate::api::wire::{raw, tolerant};
+use crate::core::error::{At, Error, Fault};
+use crate::core::limits;
+use crate::core::work::Pace;
+
+/// Named schemas, as the specification collects them.
+pub type Components = Vec<(String, RefOr<Schema>)>;
+
+/// A JSON value: how it is read, written and described.
+pub trait Field: DeserializeOwned + Serialize {
+    /// The schema, or a reference to it.
+    fn schema() -> RefOr<Schema>;
+
+    /// Adds the schemas that [`Field::schema`] refers to.
+    fn collect(_components: &mut Components) {}
+
+    /// Reads one; lists end where no curve is longer.
+    ///
+    /// # Errors
+    /// Whatever is not one.
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::deserialize(deserializer)
+    }
+
+    /// Writes one; lists of numbers at once, where the format can take them so.
+    ///
+    /// # Errors
+    /// The format's.
+    fn write<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.serialize(serializer)
+    }
+
+    /// A list of such values as numbers, if they are: how many columns (0 for plain numbers), and row after row.
+    fn numbers(_list: &[Self]) -> Option<(usize, &[f64])> {
+        None
+    }
+
+    /// Such values as rows of raw numbers, where a request may have them: those beginning at `start`.
+    fn from_raw(_rows: raw::Rows) -> Option<Vec<Self>> {
+        None
+    }
+}
+
+/// The longest list that is read: the knots of the largest curve. Longer ones are refused while they are read, before they
+/// take memory that no request needs.
+pub const ITEMS: usize = limits::CONTROL_POINTS + limits::DEGREE + 1;
+
+/// The refusal of a longer list; [`crate::api::json`] knows it by its beginning.
+pub(super) fn too_long<E: serde::de::Error>() -> E {
+    E::custom(format!("{TOO_LONG} {ITEMS} items; the largest curve has as many knots"))
+}
+
+/// How the refusal of a list that is too long begins.
+pub const TOO_LONG: &str = "the list has more than";
+
+/// Reads a value as a field does.
+struct Reader<T>(PhantomData<T>);
+
+impl<T> Clone for Reader<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Reader<T> {}
+
+impl<'de, T: Field> DeserializeSeed<'de> for Reader<T> {
+    type Value = T;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
+        T::read(deserializer)
+    }
+}
+
+/// Reads the items that are left of a list, and all of them where the reader goes on after a fault.
+///
+/// # Errors
+/// The first item that is none; more than [`ITEMS`].
+pub(super) fn read_each<'de, S, A>(seq: &mut A, seed: S, mut take: impl FnMut(S::Value)) -> Result<(), A::Error>
+where
+    S: DeserializeSeed<'de> + Copy,
+    A: SeqAccess<'de>,
+{
+    let (mut pace, mut count, mut fault) = (Pace::default(), 0, None);
+    loop {
+        match seq.next_element_seed(seed) {
+            Ok(Some(_)) if count == ITEMS => return Err(too_long()),
+            Ok(Some(item)) => take(item),
+            Ok(None) => break,
+            Err(error) if tolerant::reads_on() => fault = Some(error),
+            Err(error) => return Err(error),
+        }
+        pace.step().map_err(A::Error::custom)?;
+        count += 1;
+    }
+    fault.map_or(Ok(()), Err)
+}
+
+/// The value of a key of an object.
+pub fn read_value<'de, T: Field, A: MapAccess<'de>>(map: &mut A) -> Result<T, A::Error> {
+    map.next_value_seed(Reader(PhantomData))
+}
+
+/// Writes the value of a field.
+///
+/// # Errors
+/// The format's.
+pub fn write_field<T: Field, S: Serializer>(field: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
+    match field {
+        Some(value) => value.write(serializer),
+        None => serializer.serialize_none(),
+    }
+}
+
+/// A value written as a field is.
+struct Written<'a, T>(&'a T);
+
+impl<T: Field> Serialize for Written<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.write(serializer)
+    }
+}
+
+/// Numbers row after row, for a format that is not read by people: the bytes of all, under the number of columns.
+///
+/// # Errors
+/// The format's.
+pub fn write_numbers<S: Serializer>(columns: usize, numbers: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    struct Bytes<'a>(&'a [f64]);
+    impl Serialize for Bytes<'_> {
+        fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            serializer.serialize_bytes(bytemuck::cast_slice(self.0))
+        }
+    }
+    serializer.serialize_newtype_variant("Numbers", columns as u32, "rows", &Bytes(numbers))
+}
+
+impl Field for f64 {
+    fn schema() -> RefOr<Schema> {
+        number().into()
+    }
+
+    fn numbers(list: &[f64]) -> Option<(usize, &[f64])> {
+        Some((0, list))
+    }
+
+    fn from_raw(rows: raw::Rows) -> Option<Vec<f64>> {
+        rows.numbers()
+    }
+}
+
+impl Field for i32 {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().schema_type(Type::Integer).into()
+    }
+}
+
+impl Field for String {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().schema_type(Type::String).into()
+    }
+}
+
+impl Field for bool {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().schema_type(Type::Boolean).into()
+    }
+}
+
+impl<T: Field> Field for Vec<T> {
+    fn schema() -> RefOr<Schema> {
+        ArrayBuilder::new().items(T::schema()).into()
+    }
+
+    fn collect(components: &mut Components) {
+        T::collect(components);
+    }
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct List<T>(PhantomData<T>);
+        impl<'de, T: Field> Visitor<'de> for List<T> {
+            type Value = Vec<T>;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a sequence")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vec<T>, A::Error> {
+                let mut items = Vec::new();
+                read_each(&mut seq, Reader(PhantomData), |item| items.push(item))?;
+                Ok(items)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Vec<T>, A::Error> {
+                let rows = raw::rows(map)?;
+                let fault =
+                    |()| A::Error::custom(rows.misfit("0: a list of plain numbers (only lists of numbers and of points may be raw)"));
+                T::from_raw(rows.clone()).ok_or(()).map_err(fault)
+            }
+        }
+        raw::deserialize_list(deserializer, List(PhantomData))
+    }
+
+    fn write<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match T::numbers(self) {
+            Some((columns, numbers)) if !serializer.is_human_readable() => write_numbers(columns, numbers, serializer),
+            _ => serializer.collect_seq(self.iter().map(Written)),
+        }
+    }
+}
+
+/// The schema of a double.
+pub fn number() -> ObjectBuilder {
+    ObjectBuilder::new().schema_type(Type::Number)
+}
+
+/// The schema of a whole number from `least` to `most`.
+pub fn whole(least: usize, most: usize) -> ObjectBuilder {
+    ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(least)).maximum(Some(most))
+}
+
+/// The schema of a list with `least` to `most` items.
+pub fn list<T: Field>(least: usize, most: usize) -> ArrayBuilder {
+    ArrayBuilder::new().items(T::schema()).min_items(Some(least)).max_items(Some(most))
+}
+
+/// The value of a field that must be there.
+///
+/// # Errors
+/// [`Fault::Missing`], placed at the object that lacks it.
+pub fn need<T>(field: Option<T>, name: &'static str) -> Result<T, Error> {
+    field.ok_or_else(|| Fault::Missing { field: name }.into())
+}
+
+/// The parsed value of a field that must be there.
+///
+/// # Errors
+/// [`Fault::Missing`] at the object; what is wrong with the value, at its field.
+pub fn part<T, U>(field: Option<T>, name: &'static str, parse: impl FnOnce(T) -> Result<U, Error>) -> Result<U, Error> {
+    parse(need(field, name)?).at(name)
+}
+
+/// A count. Any JSON number without a fraction: `3` and `3.0` are the same number.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Whole(pub usize);
+
+impl Whole {
+    /// Beyond this doubles skip integers.
+    const MOST: f64 = 9_007_199_254_740_992.0;
+}
+
+impl<'de> Deserialize<'de> for Whole {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct WholeVisitor;
+        impl Visitor<'_> for WholeVisitor {
+            type Value = Whole;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a whole number, 0 or more")
+            }
+
+            fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Whole, E> {
+                usize::try_from(value).map(Whole).map_err(E::custom)
+            }
+
+            fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Whole, E> {
+                let whole = (0.0..=Whole::MOST).contains(&value) && value.fract() == 0.0;
+                if whole { Ok(Whole(value as usize)) } else { Err(E::invalid_type(serde::de::Unexpected::Float(value), &self)) }
+            }
+        }
+        deserializer.deserialize_any(WholeVisitor)
+    }
+}
+
+impl Serialize for Whole {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u64(self.0 as u64)
+    }
+}
+
+impl Field for Whole {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0)).into()
+    }
+}
+
+/// Exactly `N` values of one kind, as an array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, TransparentWrapper)]
+#[repr(transparent)]
+pub struct Tuple<T, const N: usize>(pub [T; N]);
+
+impl<'de, T: Field, const N: usize> Deserialize<'de> for Tuple<T, N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        // A list first: a reader of N values would take one too many for broken JSON.
+        let values = Vec::read(deserializer)?;
+        let wrong = |values: Vec<T>| serde::de::Error::invalid_length(values.len(), &format!("an array of {N}").as_str());
+        values.try_into().map(Tuple).map_err(wrong)
+    }
+}
+
+impl<T: Serialize, const N: usize> Serialize for Tuple<T, N> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut tuple = serializer.serialize_tuple(N)?;
+        self.0.iter().try_for_each(|value| tuple.serialize_element(value))?;
+        tuple.end()
+    }
+}
+
+impl<T: Field, const N: usize> Field for Tuple<T, N> {
+    fn schema() -> RefOr<Schema> {
+        list::<T>(N, N).into()
+    }
+
+    fn numbers(list: &[Self]) -> Option<(usize, &[f64])> {
+        let (columns, numbers) = T::numbers(Self::peel_slice(list).as_flattened())?;
+        (columns == 0).then_some((N, numbers))
+    }
+
+    fn collect(components: &mut Components) {
+        T::collect(components);
+    }
+}
+
+/// Declares an enum of names: `names! { pub enum Form { Auto = "auto", .. } }`.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! names {
+    ($(#[doc = $doc:literal])* $vis:vis enum $name:ident { $($(#[doc = $vdoc:literal])* $variant:ident = $text:literal),* $(,)? }) => {
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+        $vis enum $name { $($(#[doc = $vdoc])* #[serde(rename = $text)] $variant),* }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                const NAMES: &[&str] = &[$($text),*];
+                struct NameVisitor;
+                impl serde::de::Visitor<'_> for NameVisitor {
+                    type Value = $name;
+
+                    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                        f.write_str("one of ")?;
+                        f.write_str(&NAMES.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "))
+                    }
+
+                    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<$name, E> {
+                        match name {
+                            $($text => Ok($name::$variant),)*
+                            _ => Err(E::unknown_variant(name, NAMES)),
+                        }
+                    }
+                }
+                deserializer.deserialize_str(NameVisitor)
+            }
+        }
+
+        impl $crate::api::wire::Field for $name {
+            fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
+                $crate::api::wire::one_of(&[$($text),*])
+            }
+        }
+    };
+}

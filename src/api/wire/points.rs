@@ -1,0 +1,289 @@
+//! Lists of points, and single vectors: 2D or 3D.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use bytemuck::TransparentWrapper;
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
+
+use crate::api::wire::field::{Components, Field, number, read_each, write_numbers};
+use crate::api::wire::{raw, tolerant};
+use crate::core::error::{Error, Fault};
+use crate::core::point::Point;
+
+/// Points of the plane or of space; all of one dimension.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Points {
+    /// 2D.
+    Plane(Vec<Point<2>>),
+    /// 3D.
+    Space(Vec<Point<3>>),
+}
+
+/// One vector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Vector {
+    /// 2D.
+    Plane(Point<2>),
+    /// 3D.
+    Space(Point<3>),
+}
+
+impl From<Vec<Point<2>>> for Points {
+    fn from(points: Vec<Point<2>>) -> Self {
+        Points::Plane(points)
+    }
+}
+
+impl From<Vec<Point<3>>> for Points {
+    fn from(points: Vec<Point<3>>) -> Self {
+        Points::Space(points)
+    }
+}
+
+impl From<Point<2>> for Vector {
+    fn from(point: Point<2>) -> Self {
+        Vector::Plane(point)
+    }
+}
+
+impl From<Point<3>> for Vector {
+    fn from(point: Point<3>) -> Self {
+        Vector::Space(point)
+    }
+}
+
+impl Points {
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Points::Plane(points) => points.len(),
+            Points::Space(points) => points.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The points, if they are 2D.
+    ///
+    /// # Errors
+    /// [`Fault::WrongCount`].
+    pub fn plane(self) -> Result<Vec<Point<2>>, Error> {
+        match self {
+            Points::Plane(points) => Ok(points),
+            Points::Space(_) => Err(wrong_dimension(3, 2)),
+        }
+    }
+
+    /// The points, if they are 3D.
+    ///
+    /// # Errors
+    /// [`Fault::WrongCount`].
+    pub fn space(self) -> Result<Vec<Point<3>>, Error> {
+        match self {
+            Points::Space(points) => Ok(points),
+            Points::Plane(_) => Err(wrong_dimension(2, 3)),
+        }
+    }
+}
+
+fn wrong_dimension(count: usize, expected: usize) -> Error {
+    Fault::WrongCount { what: "coordinates", count, expected, rule: "as many as the data points have" }.into()
+}
+
+impl Vector {
+    /// The vector, if it has the dimension of the points it goes with.
+    ///
+    /// # Errors
+    /// [`Fault::WrongCount`].
+    pub fn of_dimension<const D: usize>(self) -> Result<Point<D>, Error> {
+        let coordinates: &[f64] = match &self {
+            Vector::Plane(point) => &point.0,
+            Vector::Space(point) => &point.0,
+        };
+        Ok(Point(coordinates.try_into().map_err(|_| wrong_dimension(coordinates.len(), D))?))
+    }
+}
+
+/// The next coordinate of a point. Where the reader goes on after a fault, so do the coordinates.
+fn coordinate<'de, A: SeqAccess<'de>>(seq: &mut A) -> Result<Option<f64>, A::Error> {
+    let next = seq.next_element();
+    if next.is_err() && tolerant::reads_on() {
+        while coordinate(seq)?.is_some() {}
+    }
+    next
+}
+
+/// How many more items there are.
+fn rest<'de, A: SeqAccess<'de>>(seq: &mut A) -> Result<usize, A::Error> {
+    let mut count = 0;
+    while seq.next_element::<serde::de::IgnoredAny>()?.is_some() {
+        count += 1;
+    }
+    Ok(count)
+}
+
+/// Exactly `D` numbers.
+struct Fixed<const D: usize>(Point<D>);
+
+impl<'de, const D: usize> Deserialize<'de> for Fixed<D> {
+    fn deserialize<R: Deserializer<'de>>(deserializer: R) -> Result<Self, R::Error> {
+        struct FixedVisitor<const D: usize>;
+        impl<'de, const D: usize> Visitor<'de> for FixedVisitor<D> {
+            type Value = Fixed<D>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                write!(f, "a point of {D} numbers, as many as the first point has")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Fixed<D>, A::Error> {
+                let mut point = Point::ZERO;
+                for i in 0..D {
+                    point[i] = coordinate(&mut seq)?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                }
+                match coordinate(&mut seq)? {
+                    Some(_) => Err(A::Error::invalid_length(D + 1 + rest(&mut seq)?, &self)),
+                    None => Ok(Fixed(point)),
+                }
+            }
+        }
+        deserializer.deserialize_seq(FixedVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for Vector {
+    fn deserialize<R: Deserializer<'de>>(deserializer: R) -> Result<Self, R::Error> {
+        struct VectorVisitor;
+        impl<'de> Visitor<'de> for VectorVisitor {
+            type Value = Vector;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a point of 2 or 3 numbers")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vector, A::Error> {
+                let short = |i: usize| A::Error::invalid_length(i, &VectorVisitor);
+                let x = coordinate(&mut seq)?.ok_or_else(|| short(0))?;
+                let y = coordinate(&mut seq)?.ok_or_else(|| short(1))?;
+                let Some(z) = coordinate(&mut seq)? else { return Ok(Vector::Plane(Point([x, y]))) };
+                match coordinate(&mut seq)? {
+                    Some(_) => Err(short(4 + rest(&mut seq)?)),
+                    None => Ok(Vector::Space(Point([x, y, z]))),
+                }
+            }
+        }
+        deserializer.deserialize_seq(VectorVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for Points {
+    fn deserialize<R: Deserializer<'de>>(deserializer: R) -> Result<Self, R::Error> {
+        struct PointsVisitor;
+        impl<'de> Visitor<'de> for PointsVisitor {
+            type Value = Points;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an array of points")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Points, A::Error> {
+                fn after<'de, const D: usize, A: SeqAccess<'de>>(first: Point<D>, seq: &mut A) -> Result<Vec<Point<D>>, A::Error> {
+                    let mut points = vec![first];
+                    read_each(seq, PhantomData::<Fixed<D>>, |Fixed(point)| points.push(point))?;
+                    Ok(points)
+                }
+                match seq.next_element() {
+                    Ok(Some(Vector::Plane(first))) => after(first, &mut seq).map(Points::Plane),
+                    Ok(Some(Vector::Space(first))) => after(first, &mut seq).map(Points::Space),
+                    Ok(None) => Ok(Points::Plane(Vec::new())),
+                    Err(fault) if tolerant::reads_on() => {
+                        read_each(&mut seq, PhantomData::<Vector>, drop)?;
+                        Err(fault)
+                    }
+                    Err(fault) => Err(fault),
+                }
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Points, A::Error> {
+                let rows = raw::rows(map)?;
+                let points = rows.points().map(Points::Plane).or_else(|| rows.points().map(Points::Space));
+                points.ok_or_else(|| A::Error::custom(rows.misfit("2 or 3: a list of points")))
+            }
+        }
+        raw::deserialize_list(deserializer, PointsVisitor)
+    }
+}
+
+impl Serialize for Points {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        fn all<S: Serializer, const D: usize>(points: &[Point<D>], serializer: S) -> Result<S::Ok, S::Error>
+        where
+            [f64; D]: Serialize,
+        {
+            let rows = Point::peel_slice(points);
+            if serializer.is_human_readable() { rows.serialize(serializer) } else { write_numbers(D, rows.as_flattened(), serializer) }
+        }
+        match self {
+            Points::Plane(points) => all(points, serializer),
+            Points::Space(points) => all(points, serializer),
+        }
+    }
+}
+
+impl Serialize for Vector {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Vector::Plane(point) => point.0.serialize(serializer),
+            Vector::Space(point) => point.0.serialize(serializer),
+        }
+    }
+}
+
+/// The schema of `D` numbers: an array, not a tuple, which client generators cannot read.
+fn coordinates(count: usize, doc: &str) -> RefOr<Schema> {
+    let array = ArrayBuilder::new().items(number()).min_items(Some(count)).max_items(Some(count));
+    array.description(Some(doc)).into()
+}
+
+fn collect_dimensions(components: &mut Components) {
+    components.push(("Point2".into(), coordinates(2, "x and y, in the unit of the client's choice.")));
+    components.push(("Point3".into(), coordinates(3, "x, y and z, in the unit of the client's choice.")));
+}
+
+/// The schema of a list of 3D points, or vectors; goes with [`Points`], which names the schema of a point.
+pub fn space_list() -> ArrayBuilder {
+    ArrayBuilder::new().items(Ref::from_schema_name("Point3"))
+}
+
+impl Field for Points {
+    fn schema() -> RefOr<Schema> {
+        Ref::from_schema_name("Points").into()
+    }
+
+    fn collect(components: &mut Components) {
+        collect_dimensions(components);
+        let list = |name: &str| ArrayBuilder::new().items(Ref::from_schema_name(name));
+        let doc = "Points, or vectors, all of one dimension: 2D or 3D.";
+        // anyOf: an empty list is both.
+        let union = utoipa::openapi::schema::AnyOfBuilder::new().item(list("Point2")).item(list("Point3")).description(Some(doc));
+        components.push(("Points".into(), Schema::AnyOf(union.build()).into()));
+    }
+}
+
+impl Field for Vector {
+    fn schema() -> RefOr<Schema> {
+        Ref::from_schema_name("Vector").into()
+    }
+
+    fn collect(components: &mut Components) {
+        collect_dimensions(components);
+        let union = OneOfBuilder::new().item(Ref::from_schema_name("Point2")).item(Ref::from_schema_name("Point3"));
+        components.push(("Vector".into(), union.description(Some("One vector, 2D or 3D.")).into()));
+    }
+}

@@ -1,0 +1,220 @@
+//! Pictures of curves and surfaces, as SVG text.
+//!
+//! `sketch` projects curves to the plane, `frame` fits the plane to the page, the other files draw one thing
+//! each, and [`draw`] puts them in order. A picture is exact where SVG allows it: segments of degree 1 to 3 are written with
+//! their Bezier points. The same picture always gives the same text.
+
+mod axes;
+mod canvas;
+mod comb;
+mod cubics;
+mod frame;
+mod legend;
+mod palette;
+mod shading;
+mod sketch;
+mod text;
+mod ticks;
+mod view;
+
+pub use palette::COLORS;
+pub use text::{check_text, escape};
+
+use crate::core::curve::Curve;
+use crate::core::error::{At, Error, at_most};
+use crate::core::limits;
+use crate::core::point::Point;
+use crate::core::surface::Surface;
+use crate::core::work::{self as work, Pace};
+use axes::{draw_plane_axes, draw_space_axes};
+use canvas::Canvas;
+use frame::{Bounds, Frame, Plot};
+use legend::Legend;
+use shading::Shaded;
+use sketch::Sketch;
+use view::Box3;
+
+/// Curves of the plane, or of space.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Curves {
+    /// Drawn as they are, y up.
+    Plane(Vec<Curve<2>>),
+    /// Drawn in the fixed projection of this module, z up.
+    Space(Vec<Curve<3>>),
+}
+
+/// How one curve or surface is told from the others.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mark {
+    /// Its entry in the legend.
+    pub label: Option<String>,
+    /// Its colour in the palette.
+    pub color: usize,
+    /// How a curve is dashed: 0 is drawn through.
+    pub dashes: usize,
+}
+
+/// What is drawn beside the curves themselves.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Show {
+    /// Control polygons and control nets.
+    pub polygon: bool,
+    /// The joints and ends of segments.
+    pub joints: bool,
+    /// Curvature, as lines from the curve against its normal.
+    pub comb: bool,
+    /// Axes with round numbers.
+    pub axes: bool,
+    /// The labels.
+    pub legend: bool,
+}
+
+/// A picture to draw.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// The curves.
+    pub curves: Curves,
+    /// One mark for each curve.
+    pub curve_marks: Vec<Mark>,
+    /// The surfaces; the curves beside them are curves of space, or none.
+    pub surfaces: Vec<Surface>,
+    /// One mark for each surface.
+    pub surface_marks: Vec<Mark>,
+    /// What else is drawn.
+    pub show: Show,
+    /// The length of a line of the comb for curvature 1, in the units of the curve; otherwise the longest is a fifth of the picture.
+    pub comb_scale: Option<f64>,
+    /// Width and height in pixels.
+    pub size: [usize; 2],
+    /// The title, for readers that do not see the picture.
+    pub title: String,
+}
+
+/// The picture as SVG.
+///
+/// # Errors
+/// More segments than [`limits::PICTURE_SEGMENTS`]; coordinates too large for a picture.
+pub fn draw(picture: &Picture) -> Result<String, Error> {
+    let sketches = sketches(&picture.curves, picture.show.comb)?;
+    let surfaces = picture.surfaces.iter().map(Shaded::of).collect::<Result<Vec<_>, _>>()?;
+    let legend = Legend::of(picture);
+    let plot = Plot::inside(picture.size, picture.show.axes, legend.width());
+    let space = space_box(picture)?;
+    let comb = comb::scale(&sketches, &bounds(picture, &sketches, &surfaces, None)?, picture.comb_scale);
+    let bounds = bounds(picture, &sketches, &surfaces, Some(comb))?.with_box(space.as_ref().filter(|_| picture.show.axes));
+    let frame = Frame::fit(&bounds, &plot)?;
+    let mut canvas = Canvas::new(picture.size, &picture.title);
+    if picture.show.axes {
+        match &space {
+            Some(space) => draw_space_axes(&mut canvas, space, &frame),
+            None => draw_plane_axes(&mut canvas, &plot, &frame),
+        }
+    }
+    draw_surfaces(&mut canvas, picture, &surfaces, &frame);
+    draw_curves(&mut canvas, picture, &sketches, &frame, comb);
+    legend.draw(&mut canvas, &plot);
+    canvas.finish()
+}
+
+fn sketches(curves: &Curves, comb: bool) -> Result<Vec<Sketch>, Error> {
+    let sketches = match curves {
+        Curves::Plane(curves) => all(curves, |p| p, comb)?,
+        Curves::Space(curves) => all(curves, view::project, comb)?,
+    };
+    let count = sketches.iter().map(|sketch| sketch.segments.len()).sum();
+    at_most("segments in a picture", count, limits::PICTURE_SEGMENTS, "Draw the curves in parts")?;
+    Ok(sketches)
+}
+
+fn all<const D: usize>(curves: &[Curve<D>], view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Vec<Sketch>, Error> {
+    let sketch = |(i, curve)| Sketch::of(curve, view, comb).at("curve").at(i).at("curves");
+    curves.iter().enumerate().map(sketch).collect()
+}
+
+/// The box around everything, in space; `None` for a picture of the plane.
+fn space_box(picture: &Picture) -> Result<Option<Box3>, Error> {
+    let mut space = Box3::EMPTY;
+    if let Curves::Space(curves) = &picture.curves {
+        for curve in curves {
+            curve.composite()?.locals().for_each(|segment| space.add(segment.absolute()));
+        }
+    }
+    for surface in &picture.surfaces {
+        work::checkpoint()?;
+        space.add(surface.patch().rows().flatten().copied());
+    }
+    Ok((!space.is_empty()).then_some(space))
+}
+
+fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], comb: Option<comb::Scale>) -> Result<Bounds, Error> {
+    let mut bounds = Bounds::EMPTY;
+    let mut pace = Pace::default();
+    for sketch in sketches {
+        for segment in &sketch.segments {
+            pace.step()?;
+            bounds.add_curve(segment);
+        }
+        if picture.show.polygon {
+            bounds.add(&sketch.polygon);
+        }
+        if let Some(scale) = comb {
+            sketch.teeth.iter().for_each(|tooth| bounds.add(&[tooth.end(scale)]));
+        }
+    }
+    for surface in surfaces {
+        bounds.add(&surface.outline());
+        if picture.show.polygon {
+            surface.net.iter().for_each(|line| bounds.add(line));
+        }
+    }
+    Ok(bounds)
+}
+
+fn draw_surfaces(canvas: &mut Canvas, picture: &Picture, surfaces: &[Shaded], frame: &Frame) {
+    for (shaded, mark) in surfaces.iter().zip(&picture.surface_marks) {
+        canvas.open("surface", "stroke-width=\"0.7\" stroke-linejoin=\"round\"");
+        shaded.draw(canvas, frame, mark.color, picture.show.polygon);
+        canvas.close();
+        if picture.show.polygon {
+            canvas.open("polygon", palette::NET);
+            shaded.net.iter().for_each(|line| canvas.polyline(line, frame, ""));
+            canvas.close();
+        }
+    }
+}
+
+fn draw_curves(canvas: &mut Canvas, picture: &Picture, sketches: &[Sketch], frame: &Frame, comb: comb::Scale) {
+    if sketches.is_empty() {
+        return;
+    }
+    if picture.show.polygon {
+        draw_polygons(canvas, sketches, frame);
+    }
+    if picture.show.comb {
+        comb::draw(canvas, sketches, &picture.curve_marks, frame, comb);
+    }
+    canvas.open("curves", "fill=\"none\" stroke-width=\"2.5\" stroke-linecap=\"round\" stroke-linejoin=\"round\"");
+    for (sketch, mark) in sketches.iter().zip(&picture.curve_marks) {
+        canvas.curve(&sketch.segments, frame, mark);
+    }
+    canvas.close();
+    if picture.show.joints {
+        canvas.open("joints", "");
+        for (sketch, mark) in sketches.iter().zip(&picture.curve_marks) {
+            sketch.joints().iter().for_each(|&joint| canvas.dot(frame.place(joint), 3.5, palette::color(mark.color)));
+        }
+        canvas.close();
+    }
+}
+
+/// Curves that share a control polygon show it once.
+fn draw_polygons(canvas: &mut Canvas, sketches: &[Sketch], frame: &Frame) {
+    let repeated = |i: usize| sketches[..i].iter().any(|before| before.polygon == sketches[i].polygon);
+    let fresh: Vec<&Sketch> = sketches.iter().enumerate().filter(|(i, _)| !repeated(*i)).map(|(_, sketch)| sketch).collect();
+    canvas.open("polygon", palette::POLYGON);
+    fresh.iter().for_each(|sketch| canvas.polyline(&sketch.polygon, frame, ""));
+    canvas.close();
+    canvas.open("control-points", "");
+    fresh.iter().flat_map(|sketch| &sketch.polygon).for_each(|&p| canvas.dot(frame.place(p), 3.0, palette::INK));
+    canvas.close();
+}
