@@ -10,7 +10,7 @@ use std::thread;
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use springline::api::operations::OPERATIONS;
+use springline::api::operations::{Entry, TABLE};
 use support::*;
 
 const LINE: &str = r#"{"id": 7, "op": "evaluate", "body": {"curve": {"family": "bezier", "control_points": [[0, 0], [1, 3]]}, "sampling": {"kind": "count", "count": 3}}}"#;
@@ -46,7 +46,7 @@ fn answered(arguments: &[&str], input: &str) -> String {
 }
 
 fn names() -> impl Iterator<Item = &'static str> {
-    OPERATIONS.iter().map(|(path, _)| path.trim_start_matches("/v1/"))
+    TABLE.iter().map(Entry::name)
 }
 
 /// A file of its own for each test.

@@ -3,6 +3,8 @@
 
 use std::sync::Once;
 
+use springline::api::json::from_bytes;
+use springline::api::operations;
 use springline::core::basis::{Basis, Bezier, Quasi, Shape as QuasiShape};
 use springline::core::basis_functions::basis_functions;
 use springline::core::convert::convert;
@@ -18,7 +20,6 @@ use springline::core::point::Point;
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::surface::{self, Places, Surface, SurfaceQuantities};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
-use springline::http;
 
 const LOW: Limits = Limits { degree: 5, control_points: 61, data_points: 41, samples: 30, answer_points: 100, segments: 16 };
 
@@ -138,13 +139,13 @@ fn segments() {
     let bases = |count: usize| {
         let list = vec![r#"{"family":"bezier"}"#; count].join(",");
         let body = format!(r#"{{"points":[[0,0],[1,1],[2,0]],"bases":[{list}]}}"#);
-        http::interpolate::operation(http::json::from_bytes(body.as_bytes()).unwrap())
+        operations::interpolate::operation(from_bytes(body.as_bytes()).unwrap())
     };
     assert!(matches!(bases(16).unwrap_err().fault, Fault::WrongCount { .. }), "16 bases are read, and then do not fit 2 segments");
     bounded("/bases", 16, bases(2), bases(17));
     let curves = |count: usize| {
         let list = vec![r#"{"family":"bezier","control_points":[[0,0],[1,1]]}"#; count].join(",");
-        http::continuity::operation(http::json::from_bytes(format!(r#"{{"curves":[{list}]}}"#).as_bytes()).unwrap())
+        operations::continuity::operation(from_bytes(format!(r#"{{"curves":[{list}]}}"#).as_bytes()).unwrap())
     };
     bounded("/curves", 16, curves(16), curves(17));
 }

@@ -1,4 +1,4 @@
-//! What holds for any bytes at all: one function per operation, and one for the core. Each panics where it does not hold.
+//! What holds for any bytes at all: one law for every operation, and one for the core. Each panics where it does not hold.
 //!
 //! `cargo test --test fuzz` drives them with mutated examples, cargo-fuzz with whatever reaches new code.
 
@@ -6,61 +6,44 @@ mod curve;
 
 pub use curve::curve;
 
-use serde::Serialize;
 use serde_json::Value;
+use springline::api::chunks::Paper;
 use springline::api::json::{from_bytes, to_bytes};
+use springline::api::memory;
+use springline::api::operations::{self, Operation, Output, OutputKind, Visitor};
+use springline::api::output::Shape;
 use springline::api::problem::Problem;
-use springline::core::error::Error;
-use springline::http;
 
-macro_rules! operations {
-    ($($name:ident $path:literal $write:ident $check:ident),* $(,)?) => {
-        $(#[doc = concat!("`POST ", $path, "`; whether it succeeds.")]
-        pub fn $name(body: &[u8]) -> bool {
-            holds(body, http::$name::operation, $write, $check)
-        })*
+/// What must hold for any body of an operation; whether the operation succeeds.
+pub type Law = fn(&[u8]) -> bool;
 
-        /// Every operation by its path.
-        pub const OPERATIONS: &[(&str, fn(&[u8]) -> bool)] = &[$(($path, $name)),*];
-    };
+struct Laws;
+
+impl Visitor for Laws {
+    type Made = (&'static str, Law);
+
+    fn visit<O: Operation>(&self) -> Self::Made {
+        (O::PATH, holds::<O>)
+    }
 }
 
-operations! {
-    evaluate "/v1/evaluate" to_bytes is_json,
-    subdivide "/v1/subdivide" to_bytes is_json,
-    to_bspline "/v1/to-bspline" to_bytes is_json,
-    interpolate "/v1/interpolate" to_bytes is_json,
-    fit "/v1/fit" to_bytes is_json,
-    reshape "/v1/reshape" to_bytes is_json,
-    join "/v1/join" to_bytes is_json,
-    convert "/v1/convert" to_bytes is_json,
-    continuity "/v1/continuity" to_bytes is_json,
-    basis "/v1/basis" to_bytes is_json,
-    surface_evaluate "/v1/surfaces/evaluate" to_bytes is_json,
-    surface_subdivide "/v1/surfaces/subdivide" to_bytes is_json,
-    surface_tessellate "/v1/surfaces/tessellate" to_bytes is_json,
-    render "/v1/render" to_text is_svg,
+/// The law of every operation, with its path.
+pub fn laws() -> Vec<(&'static str, Law)> {
+    operations::each(&Laws)
 }
 
 type Outcome = Result<Vec<u8>, Problem>;
 
-fn holds<Request, Answer>(
-    body: &[u8],
-    operation: fn(Request) -> Result<Answer, Error>,
-    write: fn(&Answer) -> Outcome,
-    check: fn(&[u8]),
-) -> bool
-where
-    Request: springline::api::json::Request + Serialize,
-{
-    let run = |body: &[u8]| write(&operation(from_bytes(body)?)?);
-    let printed = from_bytes::<Request>(body).map(|request| to_bytes(&request).expect("a request that was read can be written"));
+fn holds<O: Operation>(body: &[u8]) -> bool {
+    let run = |body: &[u8]| written(&O::compute(from_bytes(body)?)?);
+    let printed = from_bytes::<O::Request>(body).map(|request| to_bytes(&request).expect("a request that was read can be written"));
     let outcome = run(body);
     // Asked again, and where there is a request, in other words.
     let again = run(printed.as_deref().unwrap_or(body));
     assert_eq!(seen(&outcome), seen(&again), "the same request, another answer");
     match &outcome {
-        Ok(answer) => check(answer),
+        Ok(answer) if O::Answer::KIND == OutputKind::Picture => is_svg(answer),
+        Ok(answer) => is_json(answer),
         Err(problem) => is_documented(problem),
     }
     outcome.is_ok()
@@ -99,9 +82,9 @@ fn has_null(value: &Value) -> bool {
     }
 }
 
-#[allow(clippy::ptr_arg, reason = "what render answers with")]
-fn to_text(answer: &String) -> Outcome {
-    Ok(answer.clone().into_bytes())
+fn written(answer: &impl Output) -> Outcome {
+    let mut paper = Paper::new(&memory::unlimited());
+    answer.write(Shape::default(), &mut paper).map(|()| paper.finish().concat())
 }
 
 /// Elements open and close, nothing of the request escapes into the markup, and every number is one.

@@ -279,6 +279,7 @@ mod tests {
     use http_body_util::BodyExt;
 
     use super::*;
+    use crate::api::memory;
 
     fn budget(sheets: usize) -> Arc<dyn Memory> {
         memory::limited(sheets * SHEET)

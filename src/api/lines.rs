@@ -10,7 +10,7 @@ use crate::api::chunks::{Paper, Sheets};
 use crate::api::json::{self as json, shortened};
 use crate::api::line::{Id, Line};
 use crate::api::memory::Memory;
-use crate::api::operations::{self, TABLE};
+use crate::api::operations::{self, Entry, TABLE};
 use crate::api::output::Shape;
 use crate::api::problem::Problem;
 use crate::api::wire::tolerant::meant;
@@ -119,7 +119,7 @@ fn answer(line: &[u8], number: usize, shape: Shape, max_depth: usize, paper: &mu
 }
 
 fn unknown(op: &str) -> Problem {
-    let names = || TABLE.iter().map(|entry| entry.name);
+    let names = || TABLE.iter().map(Entry::name);
     let hint = meant(op, names()).map_or(String::new(), |name| format!(" (did you mean {name}?)"));
     let all = names().collect::<Vec<_>>().join(", ");
     let detail = format!("there is no operation `{}`{hint}; the operations are {all}", shortened(op));

@@ -223,7 +223,7 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::api::memory::{self, Memory};
+    use crate::api::memory;
 
     fn values(count: usize) -> Vec<f64> {
         (0..count).map(|i| (i as f64 * 0.7).sin() * 10f64.powi(i as i32 % 40 - 20)).collect()

@@ -309,7 +309,7 @@ impl<'a, 'b> ser::Serializer for &'a mut Writer<'b> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::api::memory::{self, Memory};
+    use crate::api::memory;
     use crate::api::operations::{basis, continuity, convert, evaluate, fit, interpolate, subdivide, surface_evaluate, surface_tessellate};
 
     fn written<T: Serialize>(answer: &T) -> String {

@@ -276,7 +276,7 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::http::budget::Budget;
+    use crate::api::memory;
     use crate::server::config::Config;
 
     #[derive(Parser)]

@@ -82,10 +82,11 @@ impl Memory for Budget {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::memory::Reservation;
 
     #[test]
     fn what_is_dropped_is_free_again() {
-        let budget = Budget::new(100, Arc::default());
+        let budget: Arc<dyn Memory> = Budget::new(100, Arc::default());
         let (mut first, mut second) = (Reservation::of(&budget), Reservation::of(&budget));
         assert_eq!(first.grow_to(60), Ok(()));
         assert_eq!(first.grow_to(50), Ok(()), "less is held already");
@@ -102,7 +103,8 @@ mod tests {
     #[test]
     fn a_long_answer_waits_for_those_before_it_to_be_sent() {
         let budget = Budget::new(4 * SHEET, Arc::default());
-        let mut before = Reservation::of(&budget);
+        let memory: Arc<dyn Memory> = budget.clone();
+        let mut before = Reservation::of(&memory);
         before.grow_to(3 * SHEET).unwrap();
         budget.await_room(SHEET);
         budget.await_room(5 * SHEET);

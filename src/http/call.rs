@@ -152,32 +152,32 @@ fn refused(service: &Service, reason: Reason) -> Problem {
 pub type Handler = fn(Call) -> Pin<Box<dyn Future<Output = Response> + Send>>;
 
 /// What answers the calls of each operation, by its path.
-pub struct Handlers(Vec<(String, Handler)>);
+pub struct Handlers(Vec<(&'static str, Handler)>);
 
 struct ToHandler;
 
 impl Visitor for ToHandler {
-    type Made = (String, Handler);
+    type Made = (&'static str, Handler);
 
-    fn visit<O: Operation>(&mut self) -> (String, Handler) {
-        (format!("/v1/{}", O::NAME), |call| Box::pin(call.answer::<O>()))
+    fn visit<O: Operation>(&self) -> (&'static str, Handler) {
+        (O::PATH, |call| Box::pin(call.answer::<O>()))
     }
 }
 
 impl Handlers {
     /// Of every operation.
     pub fn all() -> Self {
-        Handlers(operations::each(ToHandler))
+        Handlers(operations::each(&ToHandler))
     }
 
     /// What answers at this path, if it is that of an operation: the router would find the same with more detours.
     pub fn at(&self, path: &str) -> Option<Handler> {
-        self.0.iter().find(|(known, _)| known == path).map(|(_, handler)| *handler)
+        self.0.iter().find(|(known, _)| *known == path).map(|(_, handler)| *handler)
     }
 
     /// The same as routes, so that the router knows what else is allowed where.
     pub fn routes(self, service: &Arc<Service>) -> Router {
-        let route = |router: Router<Arc<Service>>, (path, handler): (String, Handler)| router.route(&path, post(handler));
+        let route = |router: Router<Arc<Service>>, (path, handler): (&'static str, Handler)| router.route(path, post(handler));
         self.0.into_iter().fold(Router::new(), route).with_state(service.clone())
     }
 }

@@ -202,6 +202,7 @@ mod tests {
 
     use super::*;
     use crate::api::chunks::{Paper, SHEET};
+    use crate::api::memory;
     use crate::core::work::Cancel;
 
     const BOTH: [Coding; 2] = [Coding::Zstd, Coding::Gzip];
@@ -279,7 +280,7 @@ mod tests {
         let text = numbers(100_000);
         for coding in BOTH {
             let needed = MEMORY + text.len().next_multiple_of(SHEET);
-            let budget = Budget::new(needed, Arc::default());
+            let budget = memory::limited(needed);
             let packed = whole(coding, &text, &budget);
             let mut rest = Reservation::of(&budget);
             assert!(rest.grow_to(needed - text.len() / 2).is_ok(), "the packed text holds less than the text did");

@@ -95,7 +95,7 @@ fn all() -> impl Iterator<Item = Named> {
 pub fn commands() -> Vec<Command> {
     let mut api = http::openapi();
     let mut documented = |named: &Named| {
-        let path = api.paths.paths.get_mut(&format!("/v1/{}", named.0.name));
+        let path = api.paths.paths.get_mut(&format!("/v1/{}", named.0.name()));
         let post = path.and_then(|item| item.post.take()).unwrap_or_default();
         named.command(&post)
     };
@@ -103,7 +103,7 @@ pub fn commands() -> Vec<Command> {
     let mut groups: Vec<Command> = Vec::new();
     for named in all() {
         let command = documented(&named);
-        if let Some((first, second)) = named.0.name.split_once('/') {
+        if let Some((first, second)) = named.0.name().split_once('/') {
             let index = groups.iter().position(|group| group.get_name() == first).unwrap_or(groups.len());
             if index == groups.len() {
                 let group = Command::new(first).about(format!("Operations on {first}")).hide(true);
@@ -125,7 +125,7 @@ impl Named {
     fn command(&self, operation: &Operation) -> Command {
         let summary = operation.summary.clone().unwrap_or_default();
         let description = wrapped(operation.description.as_deref().unwrap_or(""));
-        let source = Source::augment_args(Command::new(self.0.name));
+        let source = Source::augment_args(Command::new(self.0.name()));
         let command = if self.is_picture() { source } else { Spacing::augment_args(Numbers::augment_args(source)) };
         let long_about = format!("{summary}\n\n{description}");
         command.about(summary).long_about(long_about).after_help(self.example())
@@ -140,7 +140,7 @@ impl Named {
              Exit code: 0 answered, 1 refused, 2 a wrong command line or a file that cannot be read.",
             example.summary,
             example.body.trim(),
-            self.0.name,
+            self.0.name(),
         )
     }
 
@@ -148,12 +148,12 @@ impl Named {
         let source = parsed::<Source>(matches);
         match self.answer(&source, matches) {
             Ok(()) => ExitCode::SUCCESS,
-            Err(end) => end.told(self.0.name, source.json),
+            Err(end) => end.told(self.0.name(), source.json),
         }
     }
 
     fn answer(&self, source: &Source, matches: &ArgMatches) -> Result<(), End> {
-        let input = source.open(self.0.name, "a request")?;
+        let input = source.open(self.0.name(), "a request")?;
         if self.is_picture() {
             let sheets = offline::operation(self.0.answer, Shape::default(), input)?;
             return Ok(printed(sheets)?);
@@ -206,7 +206,7 @@ pub fn run(matches: &ArgMatches) -> Option<ExitCode> {
         Some((second, matches)) => (format!("{first}/{second}"), matches),
         None => (first.to_owned(), matches),
     };
-    all().find(|named| named.0.name == name).map(|named| named.run(matches))
+    all().find(|named| named.0.name() == name).map(|named| named.run(matches))
 }
 
 /// Answers a batch.

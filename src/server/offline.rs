@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, SyncSender, TryRecvError};
 use std::thread;
 
-
 use crate::api::chunks::{Paper, Sheets};
 use crate::api::json::{MAX_DEPTH, check_depth};
 use crate::api::lines::{Cutter, Part, Tally};

@@ -9,7 +9,7 @@ use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::Mutex;
 
 use serde_json::{Map, Value};
-use springline::api::operations::OPERATIONS;
+use springline::api::operations::{Entry, Example, TABLE};
 
 /// A running service on a port of its own; killed on drop.
 pub struct Server {
@@ -227,16 +227,16 @@ impl Answer {
 
 /// Every example of every operation: path, name, body.
 pub fn examples() -> Vec<(&'static str, &'static str, Value)> {
-    let of = |(path, examples): &(&'static str, &'static [springline::api::operations::Example])| {
-        let path = *path;
-        examples.iter().map(move |example| (path, example.name, serde_json::from_str(example.body).unwrap())).collect::<Vec<_>>()
+    let of = |entry: &'static Entry| {
+        let parsed = |example: &'static Example| (entry.path, example.name, serde_json::from_str(example.body).unwrap());
+        entry.examples.iter().map(parsed)
     };
-    OPERATIONS.iter().flat_map(of).collect()
+    TABLE.iter().flat_map(of).collect()
 }
 
 /// The specification as JSON.
 pub fn specification() -> Value {
-    serde_json::from_str(&springline::api::specification::openapi().to_pretty_json().unwrap()).unwrap()
+    serde_json::from_str(&springline::http::openapi().to_pretty_json().unwrap()).unwrap()
 }
 
 /// A validator of one schema of the specification, the others beside it.

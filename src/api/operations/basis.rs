@@ -127,7 +127,7 @@ pub struct BasisOperation;
 impl Operation for BasisOperation {
     type Request = BasisRequest;
     type Answer = BasisAnswer;
-    const NAME: &str = "basis";
+    const PATH: &str = "/v1/basis";
     const ID: &str = "basis";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Look at a basis";

@@ -63,7 +63,7 @@ pub struct ContinuityOperation;
 impl Operation for ContinuityOperation {
     type Request = ContinuityRequest;
     type Answer = ContinuityAnswer;
-    const NAME: &str = "continuity";
+    const PATH: &str = "/v1/continuity";
     const ID: &str = "continuity";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Measure how smoothly segments join";

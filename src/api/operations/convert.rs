@@ -73,7 +73,7 @@ pub struct Convert;
 impl Operation for Convert {
     type Request = ConvertRequest;
     type Answer = ConvertAnswer;
-    const NAME: &str = "convert";
+    const PATH: &str = "/v1/convert";
     const ID: &str = "convert";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Write a curve in another basis";

@@ -141,7 +141,7 @@ pub struct Evaluate;
 impl Operation for Evaluate {
     type Request = EvaluateRequest;
     type Answer = EvaluateAnswer;
-    const NAME: &str = "evaluate";
+    const PATH: &str = "/v1/evaluate";
     const ID: &str = "evaluate";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Sample a curve";

@@ -184,7 +184,7 @@ pub struct Fit;
 impl Operation for Fit {
     type Request = FitRequest;
     type Answer = FitAnswer;
-    const NAME: &str = "fit";
+    const PATH: &str = "/v1/fit";
     const ID: &str = "fit";
     const TAG: &str = "Points";
     const SUMMARY: &str = "Put a curve close to points";

@@ -76,7 +76,7 @@ pub struct Interpolate;
 impl Operation for Interpolate {
     type Request = InterpolateRequest;
     type Answer = InterpolateAnswer;
-    const NAME: &str = "interpolate";
+    const PATH: &str = "/v1/interpolate";
     const ID: &str = "interpolate";
     const TAG: &str = "Points";
     const SUMMARY: &str = "Put a C2 curve through points";

@@ -90,7 +90,7 @@ pub struct Join;
 impl Operation for Join {
     type Request = JoinRequest;
     type Answer = JoinAnswer;
-    const NAME: &str = "join";
+    const PATH: &str = "/v1/join";
     const ID: &str = "join";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Join curves smoothly";

@@ -41,11 +41,11 @@ pub enum OutputKind {
 /// One operation: everything that the floors above, the specification and the command line need to know of it.
 pub trait Operation: 'static {
     /// What it takes.
-    type Request: Request + Costed + ToSchema + Send + 'static;
+    type Request: Request + Costed + Serialize + ToSchema + Send + 'static;
     /// What it answers.
     type Answer: Output + ToSchema;
-    /// Its path after `/v1/`; its name in batches and on the command line.
-    const NAME: &str;
+    /// Where it is posted to: `/v1/` and its name in batches and on the command line.
+    const PATH: &str;
     /// Its name in generated clients.
     const ID: &str;
     /// Its group in the documentation.
@@ -100,10 +100,8 @@ pub type Answer = fn(&[u8], Shape, &mut Paper) -> Result<(), Problem>;
 /// An operation in the table.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
-    /// Its path after `/v1/`.
-    pub name: &'static str,
-    /// What it does, in a few words.
-    pub summary: &'static str,
+    /// Where it is posted to.
+    pub path: &'static str,
     /// Requests that show it.
     pub examples: &'static [Example],
     /// What it answers with.
@@ -117,8 +115,7 @@ pub struct Entry {
 impl Entry {
     const fn of<O: Operation>() -> Self {
         Entry {
-            name: O::NAME,
-            summary: O::SUMMARY,
+            path: O::PATH,
             examples: O::EXAMPLES,
             kind: O::Answer::KIND,
             answer: |body, shape, paper| answered::<O>(body)?.write(shape, paper),
@@ -126,9 +123,9 @@ impl Entry {
         }
     }
 
-    /// Where it is posted to.
-    pub fn path(&self) -> String {
-        format!("/v1/{}", self.name)
+    /// Its name in batches and on the command line: its path after `/v1/`.
+    pub fn name(&self) -> &'static str {
+        self.path.trim_start_matches("/v1/")
     }
 }
 
@@ -142,7 +139,7 @@ pub trait Visitor {
     type Made;
 
     /// Makes it of one.
-    fn visit<O: Operation>(&mut self) -> Self::Made;
+    fn visit<O: Operation>(&self) -> Self::Made;
 }
 
 macro_rules! operations {
@@ -153,7 +150,7 @@ macro_rules! operations {
         pub const TABLE: &[Entry] = &[$(Entry::of::<$module::$name>()),*];
 
         /// What the visitor makes of every operation, in the order of the table.
-        pub fn each<V: Visitor>(mut visitor: V) -> Vec<V::Made> {
+        pub fn each<V: Visitor>(visitor: &V) -> Vec<V::Made> {
             vec![$(visitor.visit::<$module::$name>()),*]
         }
     };
@@ -178,5 +175,5 @@ operations! {
 
 /// The operation of this name.
 pub fn named(name: &str) -> Option<&'static Entry> {
-    TABLE.iter().find(|entry| entry.name == name)
+    TABLE.iter().find(|entry| entry.name() == name)
 }

@@ -95,7 +95,7 @@ pub struct Render;
 impl Operation for Render {
     type Request = RenderRequest;
     type Answer = String;
-    const NAME: &str = "render";
+    const PATH: &str = "/v1/render";
     const ID: &str = "render";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Draw curves and surfaces";

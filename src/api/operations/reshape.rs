@@ -77,7 +77,7 @@ pub struct Reshape;
 impl Operation for Reshape {
     type Request = ReshapeRequest;
     type Answer = ReshapeAnswer;
-    const NAME: &str = "reshape";
+    const PATH: &str = "/v1/reshape";
     const ID: &str = "reshape";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Bend a curve by its shape parameters";

@@ -95,7 +95,7 @@ pub struct Subdivide;
 impl Operation for Subdivide {
     type Request = SubdivideRequest;
     type Answer = SubdivideAnswer;
-    const NAME: &str = "subdivide";
+    const PATH: &str = "/v1/subdivide";
     const ID: &str = "subdivide";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Cut a curve into pieces";

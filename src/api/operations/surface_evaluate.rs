@@ -107,7 +107,7 @@ pub struct SurfaceEvaluate;
 impl Operation for SurfaceEvaluate {
     type Request = SurfaceEvaluateRequest;
     type Answer = SurfaceEvaluateAnswer;
-    const NAME: &str = "surfaces/evaluate";
+    const PATH: &str = "/v1/surfaces/evaluate";
     const ID: &str = "evaluateSurface";
     const TAG: &str = "Surfaces";
     const SUMMARY: &str = "Sample a surface";

@@ -80,7 +80,7 @@ pub struct SurfaceSubdivide;
 impl Operation for SurfaceSubdivide {
     type Request = SurfaceSubdivideRequest;
     type Answer = SurfaceSubdivideAnswer;
-    const NAME: &str = "surfaces/subdivide";
+    const PATH: &str = "/v1/surfaces/subdivide";
     const ID: &str = "subdivideSurface";
     const TAG: &str = "Surfaces";
     const SUMMARY: &str = "Cut a surface into pieces";

@@ -62,7 +62,7 @@ pub struct SurfaceTessellate;
 impl Operation for SurfaceTessellate {
     type Request = SurfaceTessellateRequest;
     type Answer = SurfaceTessellateAnswer;
-    const NAME: &str = "surfaces/tessellate";
+    const PATH: &str = "/v1/surfaces/tessellate";
     const ID: &str = "tessellateSurface";
     const TAG: &str = "Surfaces";
     const SUMMARY: &str = "Turn a surface into triangles";

@@ -89,7 +89,7 @@ pub struct ToBspline;
 impl Operation for ToBspline {
     type Request = ToBsplineRequest;
     type Answer = ToBsplineAnswer;
-    const NAME: &str = "to-bspline";
+    const PATH: &str = "/v1/to-bspline";
     const ID: &str = "toBspline";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Write a curve as a B-spline";

@@ -20,8 +20,8 @@ const DIGITS: u8 = 6;
 /// Shows what each operation answers to its examples, and to a request that is refused.
 pub fn show(api: &mut OpenApi) {
     for entry in TABLE {
-        let (name, examples) = (entry.name, entry.examples);
-        let Some(operation) = super::posted(api, &entry.path()) else { continue };
+        let (name, examples) = (entry.name(), entry.examples);
+        let Some(operation) = super::posted(api, entry.path) else { continue };
         if let Some(content) = super::answer(operation, "200").and_then(|answer| super::content(answer, super::JSON)) {
             for example in examples {
                 let text = answered(name, example.body.as_bytes()).unwrap_or_default();

@@ -17,8 +17,8 @@ pub fn describe(api: &mut OpenApi) {
     let mut answers = AnyOfBuilder::new().description(Some("The answer of the operation of the line; of render, the picture as a string."));
     let mut mapping = Vec::new();
     for entry in TABLE {
-        let op = entry.name;
-        let Some(operation) = super::posted(api, &entry.path()) else { continue };
+        let op = entry.name();
+        let Some(operation) = super::posted(api, entry.path) else { continue };
         let Some(request) = request(operation.request_body.as_ref()) else { continue };
         let name = format!("{}Line", pascal(operation.operation_id.as_deref().unwrap_or_default()));
         named.push((name.clone(), line(op, request)));

@@ -15,7 +15,7 @@ type Schemas = BTreeMap<String, RefOr<Schema>>;
 pub fn describe(api: &mut OpenApi) {
     let mut schemas = api.components.as_ref().map(|components| components.schemas.clone()).unwrap_or_default();
     for entry in TABLE {
-        let content = super::posted(api, &entry.path()).and_then(|operation| super::answer(operation, "200"));
+        let content = super::posted(api, entry.path).and_then(|operation| super::answer(operation, "200"));
         let Some(content) = content.and_then(|answer| super::content(answer, super::JSON)) else {
             continue;
         };

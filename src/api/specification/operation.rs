@@ -1,6 +1,6 @@
 //! An operation of the table as the specification describes it.
 
-use utoipa::openapi::path::{HttpMethod, Operation as Described_, OperationBuilder, PathItem};
+use utoipa::openapi::path::{HttpMethod, Operation as Posted, OperationBuilder, PathItem};
 use utoipa::openapi::request_body::RequestBodyBuilder;
 use utoipa::openapi::response::ResponseBuilder;
 use utoipa::openapi::schema::{ObjectBuilder, Ref, Schema, Type};
@@ -18,15 +18,15 @@ pub struct Described;
 type Schemas = Vec<(String, RefOr<Schema>)>;
 
 impl Visitor for Described {
-    type Made = (String, PathItem, Schemas);
+    type Made = (&'static str, PathItem, Schemas);
 
-    fn visit<O: Operation>(&mut self) -> Self::Made {
+    fn visit<O: Operation>(&self) -> Self::Made {
         let mut schemas = Schemas::new();
         collect::<O::Request>(&mut schemas);
         if O::Answer::KIND == OutputKind::Object {
             collect::<O::Answer>(&mut schemas);
         }
-        (format!("/v1/{}", O::NAME), PathItem::new(HttpMethod::Post, described::<O>()), schemas)
+        (O::PATH, PathItem::new(HttpMethod::Post, described::<O>()), schemas)
     }
 }
 
@@ -36,7 +36,7 @@ fn collect<T: ToSchema>(schemas: &mut Schemas) {
     T::schemas(schemas);
 }
 
-fn described<O: Operation>() -> Described_ {
+fn described<O: Operation>() -> Posted {
     let json = Content::new(Some(Ref::from_schema_name(O::Request::name())));
     let mut body = RequestBodyBuilder::new().content(JSON, json).required(Some(Required::True)).build();
     describe_body(&mut body, O::EXAMPLES);
