@@ -5,8 +5,12 @@
 //! - [`http`]: the contract over HTTP: routes, middleware, admission.
 //! - [`server`]: listening and stopping, the settings, the command line.
 
+#[cfg(feature = "api")]
 pub mod api;
 pub mod core;
+#[cfg(feature = "api")]
 pub mod draw;
+#[cfg(feature = "server")]
 pub mod http;
+#[cfg(feature = "server")]
 pub mod server;

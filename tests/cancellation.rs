@@ -6,6 +6,7 @@
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
+use springline::api::operations;
 use springline::core::basis::{Basis, Beta, Bezier};
 use springline::core::basis_functions::basis_functions;
 use springline::core::continuity::{Tolerance, continuity};
@@ -25,7 +26,6 @@ use springline::core::surface::{self, Places, Surface, SurfaceQuantities};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
 use springline::core::work::{self, Cancel};
 use springline::draw::{Curves, Mark, Picture, Show, draw};
-use springline::http;
 
 type P = Point<3>;
 type Run = Box<dyn Fn() -> Outcome>;
@@ -148,10 +148,10 @@ fn picture(curves: Vec<Curve<3>>, surfaces: Vec<Surface>) -> Run {
 /// An operation as the service runs it, from the bytes of a request.
 fn request<Request, Answer>(body: String, operation: fn(Request) -> Result<Answer, Error>) -> Run
 where
-    Request: http::json::Request + 'static,
+    Request: springline::api::json::Request + 'static,
     Answer: 'static,
 {
-    Box::new(move || match http::json::from_bytes(body.as_bytes()) {
+    Box::new(move || match springline::api::json::from_bytes(body.as_bytes()) {
         Ok(request) => operation(request).into(),
         Err(problem) if problem.code() == "deadline" => Outcome::Cancelled,
         Err(_) => Outcome::Refused,
@@ -378,7 +378,7 @@ const CASES: &[Case] = &[
             };
             let bases = joined((0..100_000).map(basis));
             let curve = r#"{"family":"bezier","control_points":[[0,0],[1,1]]}"#;
-            request(format!(r#"{{"curve":{curve},"bases":[{bases}]}}"#), http::reshape::operation)
+            request(format!(r#"{{"curve":{curve},"bases":[{bases}]}}"#), operations::reshape::operation)
         },
     },
     Case {
@@ -387,7 +387,7 @@ const CASES: &[Case] = &[
             let points = joined((0..65).map(|i| format!("[{i},{}]", i % 7)));
             let curve = |i: usize| format!(r#"{{"family":"beta-bezier","beta":{i},"control_points":[{points}]}}"#);
             let curves = joined((0..50_000).map(curve));
-            request(format!(r#"{{"curves":[{curves}],"closed":true,"report":"summary"}}"#), http::continuity::operation)
+            request(format!(r#"{{"curves":[{curves}],"closed":true,"report":"summary"}}"#), operations::continuity::operation)
         },
     },
     Case {
@@ -395,7 +395,7 @@ const CASES: &[Case] = &[
         prepare: || {
             let points = joined(walk(15_000, 1e-3).into_iter().map(|p| format!("[{:.3},{:.4},{:.4}]", p[0], p[1], p[2])));
             let points = joined((0..100).map(|_| points.clone()));
-            request(format!(r#"{{"points":[{points}]}}"#), http::interpolate::operation)
+            request(format!(r#"{{"points":[{points}]}}"#), operations::interpolate::operation)
         },
     },
 ];

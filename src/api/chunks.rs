@@ -1,19 +1,13 @@
 //! What an answer is written on: sheets that are sent one after the other, each freed when it is sent.
 
 use std::collections::VecDeque;
-use std::convert::Infallible;
 use std::io;
-use std::pin::Pin;
 use std::sync::Arc;
-use std::task::{Context, Poll};
 
-use axum::body::Body;
 use bytes::Bytes;
-use http_body::{Frame, SizeHint};
 
 use crate::api::memory::{Memory, Reservation};
 use crate::core::work;
-use crate::http::coding::Coding;
 
 /// The size of a sheet. An answer within one sheet is not counted against the budget.
 pub const SHEET: usize = 256 * 1024;
@@ -59,7 +53,7 @@ impl AsRef<[u8]> for Held {
 pub struct Sheets {
     sheets: VecDeque<Held>,
     left: u64,
-    coding: Option<Coding>,
+    is_packed: bool,
 }
 
 impl Paper {
@@ -186,12 +180,29 @@ impl io::Write for Paper {
 impl Sheets {
     fn of(sheets: VecDeque<Held>) -> Self {
         let left = sheets.iter().map(|sheet| sheet.text.len() as u64).sum();
-        Sheets { sheets, left, coding: None }
+        Sheets { sheets, left, is_packed: false }
     }
 
-    /// How the text is compressed.
-    pub fn coding(&self) -> Option<Coding> {
-        self.coding
+    /// Whether the text is compressed.
+    pub fn is_packed(&self) -> bool {
+        self.is_packed
+    }
+
+    /// The next sheet to be sent; nothing at the end.
+    pub fn pop(&mut self) -> Option<Bytes> {
+        let sheet = self.sheets.pop_front()?;
+        self.left -= sheet.text.len() as u64;
+        Some(Bytes::from_owner(sheet))
+    }
+
+    /// Whether there is nothing more to be sent, not even an empty sheet.
+    pub fn is_at_end(&self) -> bool {
+        self.sheets.is_empty()
+    }
+
+    /// Whether all is on one sheet.
+    pub fn is_single(&self) -> bool {
+        self.sheets.len() <= 1
     }
 
     /// The text compressed, sheet by sheet: `pack` is told whether it is the last. Each sheet is freed when it is packed, and what the
@@ -199,7 +210,7 @@ impl Sheets {
     ///
     /// # Errors
     /// That of `pack`.
-    pub fn packed<E>(self, coding: Coding, mut pack: impl FnMut(&[u8], bool) -> Result<Vec<u8>, E>) -> Result<Self, E> {
+    pub fn packed<E>(self, mut pack: impl FnMut(&[u8], bool) -> Result<Vec<u8>, E>) -> Result<Self, E> {
         let mut behind = self.sheets.len();
         let one = |mut sheet: Held| {
             behind -= 1;
@@ -210,7 +221,7 @@ impl Sheets {
             Ok(sheet)
         };
         let sheets = self.sheets.into_iter().map(one).collect::<Result<_, E>>()?;
-        Ok(Sheets { coding: Some(coding), ..Sheets::of(sheets) })
+        Ok(Sheets { is_packed: true, ..Sheets::of(sheets) })
     }
 
     /// Bytes not yet sent.
@@ -244,61 +255,15 @@ impl IntoIterator for Sheets {
     }
 }
 
-impl From<Sheets> for Body {
-    fn from(mut sheets: Sheets) -> Self {
-        match sheets.sheets.len() {
-            0 | 1 => sheets.sheets.pop_front().map_or_else(Body::empty, |sheet| Body::from(Bytes::from_owner(sheet))),
-            _ => Body::new(sheets),
-        }
-    }
-}
-
-impl http_body::Body for Sheets {
-    type Data = Bytes;
-    type Error = Infallible;
-
-    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
-        let sheet = self.sheets.pop_front();
-        self.left -= sheet.as_ref().map_or(0, |sheet| sheet.text.len() as u64);
-        Poll::Ready(sheet.map(|sheet| Ok(Frame::data(Bytes::from_owner(sheet)))))
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.sheets.is_empty()
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        SizeHint::with_exact(self.left)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::io::Write;
-
-    use http_body_util::BodyExt;
 
     use super::*;
     use crate::api::memory;
 
     fn budget(sheets: usize) -> Arc<dyn Memory> {
         memory::limited(sheets * SHEET)
-    }
-
-    #[tokio::test]
-    async fn a_long_text_arrives_whole_and_frees_its_sheets() {
-        let budget = budget(3);
-        let mut paper = Paper::new(&budget);
-        let line = [b'x'; 1000];
-        (0..1000).for_each(|_| paper.write_all(&line).unwrap());
-        let sheets = paper.finish();
-        assert_eq!(sheets.len(), 1_000_000);
-        let body = Body::from(sheets);
-        assert_eq!(http_body::Body::size_hint(&body).exact(), Some(1_000_000));
-        let whole = body.collect().await.unwrap().to_bytes();
-        assert_eq!(whole.len(), 1_000_000);
-        let mut all = Reservation::of(&budget);
-        assert!(all.grow_to(3 * SHEET).is_ok(), "everything is given back");
     }
 
     #[test]

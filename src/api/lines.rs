@@ -15,6 +15,8 @@ use crate::api::output::Shape;
 use crate::api::problem::Problem;
 use crate::api::wire::tolerant::meant;
 
+/// The media type of lines of JSON.
+pub const NDJSON: &str = "application/x-ndjson";
 /// Lines that are computed together: a part of a batch large enough that handing it to another thread costs nothing.
 pub const PART_BYTES: usize = 32 * 1024;
 /// And not more of them, so that a part is soon done.

@@ -35,7 +35,7 @@ pub enum Precision {
 }
 
 /// How lists of points are laid out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Layout {
     /// One list for each point
     #[default]

@@ -22,15 +22,13 @@ use super::pool::Failure;
 use super::service::Service;
 use crate::api::chunks::Sheets;
 use crate::api::cost::Cost;
-use crate::api::lines::{Cutter, Part};
+use crate::api::lines::{Cutter, NDJSON, Part};
 use crate::api::output::Shape;
 use crate::api::problem::{Problem, Problems, Status};
 use crate::http::compressor::{Packer, Refused, hand_over};
 
 /// Where batches are sent.
 pub const PATH: &str = "/v1/batch";
-/// The media type of lines of JSON.
-pub const NDJSON: &str = "application/x-ndjson";
 /// How long to wait for a place in the pool before asking again.
 const RETRY: Duration = Duration::from_millis(2);
 

@@ -16,6 +16,7 @@ use futures_util::future::poll_immediate;
 use http_body_util::BodyExt;
 use tokio::time::{Instant, timeout};
 
+use super::coding::Coding;
 use super::negotiate::{self, Form};
 use super::pool::Failure;
 use super::service::Service;
@@ -194,6 +195,7 @@ impl Call {
         };
         self.shape.raw = media_type == RAW;
         let (packing, vary) = (self.packing(), self.service.vary());
+        let coding = packing.as_ref().map(|packing| packing.coding);
         let computed = self.compute::<O>(packing.clone()).await;
         let packed = match (computed, packing) {
             // What was computed where it arrived is packed on a worker all the same.
@@ -201,7 +203,7 @@ impl Call {
             (computed, _) => computed,
         };
         match packed {
-            Ok(sheets) => answered(sheets, media_type, vary),
+            Ok(sheets) => answered(sheets, media_type, vary, coding),
             Err(problem) => problem.into_response(),
         }
     }
@@ -257,13 +259,13 @@ impl Call {
 }
 
 /// The answer as HTTP has it.
-fn answered(sheets: Sheets, media_type: &'static str, vary: HeaderValue) -> Response {
+fn answered(sheets: Sheets, media_type: &'static str, vary: HeaderValue, coding: Option<Coding>) -> Response {
     // With room for what the middleware adds.
     let mut headers = HeaderMap::with_capacity(12);
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     headers.insert(header::VARY, vary);
     headers.insert(header::CONTENT_LENGTH, sheets.len().into());
-    if let Some(coding) = sheets.coding() {
+    if let Some(coding) = coding.filter(|_| sheets.is_packed()) {
         headers.insert(header::CONTENT_ENCODING, coding.header());
     }
     let mut response = Response::new(Body::from(sheets));

@@ -83,7 +83,7 @@ impl Packer {
     }
 
     fn feed(&mut self, text: Sheets, then: Then) -> Result<Sheets, Problem> {
-        text.packed(self.coding, |sheet, is_last| {
+        text.packed(|sheet, is_last| {
             work::checkpoint()?;
             // Writing to memory does not fail.
             self.put(sheet, is_last.then_some(then)).map_err(|_| Problem::internal())
@@ -164,7 +164,7 @@ impl Packing {
 }
 
 fn worth_it(text: &Sheets) -> bool {
-    text.len() >= WORTH_IT && text.coding().is_none()
+    text.len() >= WORTH_IT && !text.is_packed()
 }
 
 /// Why a worker did not do it.
@@ -241,7 +241,7 @@ mod tests {
             for count in [0, 1, 100, 10_000, 100_000] {
                 let text = numbers(count);
                 let packed = whole(coding, &text, &memory::unlimited());
-                assert_eq!(packed.coding(), Some(coding));
+                assert!(packed.is_packed());
                 assert!(count < 100 || 2 * packed.len() < text.len() as u64, "{} of {}", packed.len(), text.len());
                 assert!(unpacked(coding, &packed.concat()) == text, "{coding:?} {count}");
             }

@@ -1,6 +1,7 @@
 //! The contract over HTTP: routes, middleware, admission.
 
 pub mod batch;
+pub mod body;
 pub mod budget;
 pub mod call;
 pub mod coding;

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use clap::{ArgMatches, Args, Command, FromArgMatches};
+use clap::builder::PossibleValue;
+use clap::{ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 use indicatif::{HumanCount, ProgressBar, ProgressStyle};
 use serde_json::json;
 use utoipa::openapi::path::Operation;
@@ -45,6 +46,19 @@ pub struct Numbers {
     /// How points are written
     #[arg(long, value_enum, default_value = "nested")]
     layout: Layout,
+}
+
+impl ValueEnum for Layout {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Layout::Nested, Layout::Flat]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Layout::Nested => PossibleValue::new("nested").help("One list for each point"),
+            Layout::Flat => PossibleValue::new("flat").help("One list for all coordinates"),
+        })
+    }
 }
 
 /// How an answer is laid out.

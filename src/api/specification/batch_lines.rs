@@ -6,9 +6,9 @@ use utoipa::openapi::request_body::RequestBody;
 use utoipa::openapi::schema::{AdditionalProperties, AnyOfBuilder, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
 use utoipa::openapi::{Content, OpenApi, RefOr};
 
+use crate::api::lines::NDJSON;
 use crate::api::operations::TABLE;
 use crate::api::wire::{constant, whole};
-use crate::http::batch::NDJSON;
 
 /// The schemas of a line in and of a line out, and where they apply.
 pub fn describe(api: &mut OpenApi) {
