@@ -16,7 +16,7 @@ use axum::http::Request;
 use http_body_util::BodyExt;
 use serde_json::{Value, json};
 use springline::api::cost::Cost;
-use springline::http::middleware::Edge;
+use springline::http::middleware::Middleware;
 use springline::http::service::Service;
 use springline::server::config::Config;
 use support::*;
@@ -51,7 +51,7 @@ fn post(path: &str, headers: &str, body: &str) -> Vec<u8> {
 /// The service without its sockets.
 struct Inside {
     service: Arc<Service>,
-    edge: Edge,
+    edge: Middleware,
 }
 
 impl Inside {

@@ -7,11 +7,11 @@ mod curve;
 pub use curve::curve;
 
 use serde_json::Value;
-use springline::api::chunks::Paper;
+use springline::api::chunks::Buffer;
 use springline::api::json::{from_bytes, to_bytes};
 use springline::api::memory;
 use springline::api::operations::{self, Operation, Output, OutputKind, Visitor};
-use springline::api::output::Shape;
+use springline::api::output::Format;
 use springline::api::problem::Problem;
 
 /// What must hold for any body of an operation; whether the operation succeeds.
@@ -83,8 +83,8 @@ fn has_null(value: &Value) -> bool {
 }
 
 fn written(answer: &impl Output) -> Outcome {
-    let mut paper = Paper::new(&memory::unlimited());
-    answer.write(Shape::default(), &mut paper).map(|()| paper.finish().concat())
+    let mut buffer = Buffer::new(&memory::unlimited());
+    answer.write(Format::default(), &mut buffer).map(|()| buffer.finish().concat())
 }
 
 /// Elements open and close, nothing of the request escapes into the markup, and every number is one.

@@ -1,4 +1,4 @@
-//! What an answer is written on: sheets that are sent one after the other, each freed when it is sent.
+//! What an answer is written on: chunks that are sent one after the other, each freed when it is sent.
 
 use std::collections::VecDeque;
 use std::io;
@@ -9,19 +9,19 @@ use bytes::Bytes;
 use crate::api::memory::{Memory, Reservation};
 use crate::core::work;
 
-/// The size of a sheet. An answer within one sheet is not counted against the budget.
-pub const SHEET: usize = 256 * 1024;
+/// The size of a chunk. An answer within one chunk is not counted against the budget.
+pub const CHUNK: usize = 256 * 1024;
 /// What most answers fit on.
 const FIRST: usize = 4 * 1024;
 
 /// A text being written.
 #[derive(Debug)]
-pub struct Paper {
-    full: VecDeque<Held>,
-    sheet: Vec<u8>,
+pub struct Buffer {
+    full: VecDeque<Chunk>,
+    chunk: Vec<u8>,
     budget: Arc<dyn Memory>,
     reservation: Option<Reservation>,
-    hands: usize,
+    threads: usize,
 }
 
 /// Why writing stopped.
@@ -35,14 +35,14 @@ pub enum Stopped {
     Cancelled,
 }
 
-/// A sheet with its part of the budget.
+/// A chunk with its part of the budget.
 #[derive(Debug)]
-pub struct Held {
+pub struct Chunk {
     text: Vec<u8>,
     reservation: Option<Reservation>,
 }
 
-impl AsRef<[u8]> for Held {
+impl AsRef<[u8]> for Chunk {
     fn as_ref(&self) -> &[u8] {
         &self.text
     }
@@ -50,114 +50,114 @@ impl AsRef<[u8]> for Held {
 
 /// A finished text; the body of an answer.
 #[derive(Debug, Default)]
-pub struct Sheets {
-    sheets: VecDeque<Held>,
+pub struct Chunks {
+    chunks: VecDeque<Chunk>,
     left: u64,
     is_packed: bool,
 }
 
-impl Paper {
-    /// A blank sheet.
+impl Buffer {
+    /// A blank chunk.
     pub fn new(budget: &Arc<dyn Memory>) -> Self {
-        Paper { full: VecDeque::new(), sheet: Vec::with_capacity(FIRST), budget: budget.clone(), reservation: None, hands: 1 }
+        Buffer { full: VecDeque::new(), chunk: Vec::with_capacity(FIRST), budget: budget.clone(), reservation: None, threads: 1 }
     }
 
-    /// The same, to be written with so many hands at once.
-    pub fn with_hands(self, hands: usize) -> Self {
-        Paper { hands, ..self }
+    /// The same, to be written with so many threads at once.
+    pub fn with_threads(self, threads: usize) -> Self {
+        Buffer { threads, ..self }
     }
 
     /// How many threads may write parts of it at once.
-    pub fn hands(&self) -> usize {
-        self.hands
+    pub fn threads(&self) -> usize {
+        self.threads
     }
 
-    /// Another blank sheet, paid from the same budget.
+    /// Another blank chunk, paid from the same budget.
     pub fn sibling(&self) -> Self {
-        Paper { full: VecDeque::new(), sheet: Vec::new(), budget: self.budget.clone(), reservation: None, hands: self.hands }
+        Buffer { full: VecDeque::new(), chunk: Vec::new(), budget: self.budget.clone(), reservation: None, threads: self.threads }
     }
 
-    /// The same, with its first sheet counted against the budget too.
+    /// The same, with its first chunk counted against the budget too.
     ///
     /// # Errors
     /// [`Stopped::NoRoom`].
     pub fn paid_sibling(&self) -> io::Result<Self> {
         let mut reservation = Reservation::of(&self.budget);
-        reservation.grow_to(SHEET).map_err(|_| io::Error::other(Stopped::NoRoom))?;
-        Ok(Paper { reservation: Some(reservation), ..self.sibling() })
+        reservation.grow_to(CHUNK).map_err(|_| io::Error::other(Stopped::NoRoom))?;
+        Ok(Buffer { reservation: Some(reservation), ..self.sibling() })
     }
 
     /// So much is about to be written: takes the room at once instead of bit by bit.
     ///
     /// # Errors
     /// [`Stopped::NoRoom`].
-    pub fn expect(&mut self, bytes: usize) -> io::Result<()> {
-        let needed = (self.sheet.len() + bytes).min(SHEET);
-        if self.sheet.len() >= SHEET / 4 && self.sheet.len() + bytes > SHEET {
+    pub fn reserve(&mut self, bytes: usize) -> io::Result<()> {
+        let needed = (self.chunk.len() + bytes).min(CHUNK);
+        if self.chunk.len() >= CHUNK / 4 && self.chunk.len() + bytes > CHUNK {
             // To make room on this one would be to copy it.
             return self.turn().map_err(io::Error::other);
         }
         // At least twice the size: many short texts are expected one after the other.
-        if needed > self.sheet.capacity() { self.grow(needed.max((2 * self.sheet.capacity()).min(SHEET))) } else { Ok(()) }
+        if needed > self.chunk.capacity() { self.grow(needed.max((2 * self.chunk.capacity()).min(CHUNK))) } else { Ok(()) }
     }
 
-    /// Makes the sheet as large as this; any but the first of a text is paid for.
+    /// Makes the chunk as large as this; any but the first of a text is paid for.
     fn grow(&mut self, size: usize) -> io::Result<()> {
         if !self.full.is_empty() {
             let reservation = self.reservation.get_or_insert_with(|| Reservation::of(&self.budget));
             reservation.grow_to(size).map_err(|_| io::Error::other(Stopped::NoRoom))?;
         }
-        self.sheet.reserve_exact(size.saturating_sub(self.sheet.len()));
+        self.chunk.reserve_exact(size.saturating_sub(self.chunk.len()));
         Ok(())
     }
 
     /// Adds a finished text at the end.
-    pub fn append(&mut self, sheets: Sheets) {
-        let text = std::mem::take(&mut self.sheet);
-        self.full.push_back(Held { text, reservation: self.reservation.take() });
-        self.full.extend(sheets.sheets);
+    pub fn append(&mut self, chunks: Chunks) {
+        let text = std::mem::take(&mut self.chunk);
+        self.full.push_back(Chunk { text, reservation: self.reservation.take() });
+        self.full.extend(chunks.chunks);
     }
 
     /// Adds a finished text at the end: short ones are copied, so that a long text of short ones is not sent in scraps.
     ///
     /// # Errors
     /// As writing.
-    pub fn take(&mut self, sheets: Sheets) -> io::Result<()> {
-        if sheets.len() > (SHEET / 4) as u64 {
-            self.append(sheets);
+    pub fn take(&mut self, chunks: Chunks) -> io::Result<()> {
+        if chunks.len() > (CHUNK / 4) as u64 {
+            self.append(chunks);
             return Ok(());
         }
-        sheets.sheets.iter().try_for_each(|sheet| io::Write::write_all(self, &sheet.text))
+        chunks.chunks.iter().try_for_each(|chunk| io::Write::write_all(self, &chunk.text))
     }
 
-    /// A larger sheet, or a new one.
+    /// A larger chunk, or a new one.
     #[cold]
     fn make_room(&mut self, bytes: usize) -> io::Result<()> {
-        let needed = self.sheet.len() + bytes;
-        if needed > SHEET && !self.sheet.is_empty() {
+        let needed = self.chunk.len() + bytes;
+        if needed > CHUNK && !self.chunk.is_empty() {
             return self.turn().map_err(io::Error::other);
         }
-        self.grow((2 * self.sheet.capacity()).clamp(FIRST, SHEET).max(needed))
+        self.grow((2 * self.chunk.capacity()).clamp(FIRST, CHUNK).max(needed))
     }
 
-    /// Puts the full sheet away and takes a blank one that is paid for.
+    /// Puts the full chunk away and takes a blank one that is paid for.
     fn turn(&mut self) -> Result<(), Stopped> {
         work::checkpoint().map_err(|_| Stopped::Cancelled)?;
         let mut reservation = Reservation::of(&self.budget);
-        reservation.grow_to(SHEET).map_err(|_| Stopped::NoRoom)?;
-        let text = std::mem::replace(&mut self.sheet, Vec::with_capacity(SHEET));
-        self.full.push_back(Held { text, reservation: self.reservation.replace(reservation) });
+        reservation.grow_to(CHUNK).map_err(|_| Stopped::NoRoom)?;
+        let text = std::mem::replace(&mut self.chunk, Vec::with_capacity(CHUNK));
+        self.full.push_back(Chunk { text, reservation: self.reservation.replace(reservation) });
         Ok(())
     }
 
     /// The text, to be sent.
-    pub fn finish(mut self) -> Sheets {
-        self.full.push_back(Held { text: self.sheet, reservation: self.reservation });
-        Sheets::of(self.full)
+    pub fn finish(mut self) -> Chunks {
+        self.full.push_back(Chunk { text: self.chunk, reservation: self.reservation });
+        Chunks::of(self.full)
     }
 }
 
-impl io::Write for Paper {
+impl io::Write for Buffer {
     #[inline]
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
         self.write_all(text).map(|()| text.len())
@@ -165,10 +165,10 @@ impl io::Write for Paper {
 
     #[inline]
     fn write_all(&mut self, text: &[u8]) -> io::Result<()> {
-        if self.sheet.capacity() - self.sheet.len() < text.len() {
+        if self.chunk.capacity() - self.chunk.len() < text.len() {
             self.make_room(text.len())?;
         }
-        self.sheet.extend_from_slice(text);
+        self.chunk.extend_from_slice(text);
         Ok(())
     }
 
@@ -177,10 +177,10 @@ impl io::Write for Paper {
     }
 }
 
-impl Sheets {
-    fn of(sheets: VecDeque<Held>) -> Self {
-        let left = sheets.iter().map(|sheet| sheet.text.len() as u64).sum();
-        Sheets { sheets, left, is_packed: false }
+impl Chunks {
+    fn of(chunks: VecDeque<Chunk>) -> Self {
+        let left = chunks.iter().map(|chunk| chunk.text.len() as u64).sum();
+        Chunks { chunks, left, is_packed: false }
     }
 
     /// Whether the text is compressed.
@@ -188,40 +188,40 @@ impl Sheets {
         self.is_packed
     }
 
-    /// The next sheet to be sent; nothing at the end.
+    /// The next chunk to be sent; nothing at the end.
     pub fn pop(&mut self) -> Option<Bytes> {
-        let sheet = self.sheets.pop_front()?;
-        self.left -= sheet.text.len() as u64;
-        Some(Bytes::from_owner(sheet))
+        let chunk = self.chunks.pop_front()?;
+        self.left -= chunk.text.len() as u64;
+        Some(Bytes::from_owner(chunk))
     }
 
-    /// Whether there is nothing more to be sent, not even an empty sheet.
+    /// Whether there is nothing more to be sent, not even an empty chunk.
     pub fn is_at_end(&self) -> bool {
-        self.sheets.is_empty()
+        self.chunks.is_empty()
     }
 
-    /// Whether all is on one sheet.
+    /// Whether all is on one chunk.
     pub fn is_single(&self) -> bool {
-        self.sheets.len() <= 1
+        self.chunks.len() <= 1
     }
 
-    /// The text compressed, sheet by sheet: `pack` is told whether it is the last. Each sheet is freed when it is packed, and what the
+    /// The text compressed, chunk by chunk: `pack` is told whether it is the last. Each chunk is freed when it is packed, and what the
     /// packed one needs less goes back to the budget.
     ///
     /// # Errors
     /// That of `pack`.
     pub fn packed<E>(self, mut pack: impl FnMut(&[u8], bool) -> Result<Vec<u8>, E>) -> Result<Self, E> {
-        let mut behind = self.sheets.len();
-        let one = |mut sheet: Held| {
+        let mut behind = self.chunks.len();
+        let one = |mut chunk: Chunk| {
             behind -= 1;
-            sheet.text = pack(&sheet.text, behind == 0)?;
-            if let Some(reservation) = &mut sheet.reservation {
-                reservation.shrink_to(sheet.text.capacity());
+            chunk.text = pack(&chunk.text, behind == 0)?;
+            if let Some(reservation) = &mut chunk.reservation {
+                reservation.shrink_to(chunk.text.capacity());
             }
-            Ok(sheet)
+            Ok(chunk)
         };
-        let sheets = self.sheets.into_iter().map(one).collect::<Result<_, E>>()?;
-        Ok(Sheets { is_packed: true, ..Sheets::of(sheets) })
+        let chunks = self.chunks.into_iter().map(one).collect::<Result<_, E>>()?;
+        Ok(Chunks { is_packed: true, ..Chunks::of(chunks) })
     }
 
     /// Bytes not yet sent.
@@ -235,23 +235,23 @@ impl Sheets {
     }
 
     /// Adds another text at the end.
-    pub fn extend(&mut self, other: Sheets) {
+    pub fn extend(&mut self, other: Chunks) {
         self.left += other.left;
-        self.sheets.extend(other.sheets);
+        self.chunks.extend(other.chunks);
     }
 
     /// The text in one piece.
     pub fn concat(&self) -> Vec<u8> {
-        self.sheets.iter().flat_map(|sheet| sheet.text.iter().copied()).collect()
+        self.chunks.iter().flat_map(|chunk| chunk.text.iter().copied()).collect()
     }
 }
 
-impl IntoIterator for Sheets {
+impl IntoIterator for Chunks {
     type Item = Bytes;
-    type IntoIter = std::iter::Map<std::collections::vec_deque::IntoIter<Held>, fn(Held) -> Bytes>;
+    type IntoIter = std::iter::Map<std::collections::vec_deque::IntoIter<Chunk>, fn(Chunk) -> Bytes>;
 
     fn into_iter(self) -> Self::IntoIter {
-        self.sheets.into_iter().map(Bytes::from_owner)
+        self.chunks.into_iter().map(Bytes::from_owner)
     }
 }
 
@@ -262,23 +262,23 @@ mod tests {
     use super::*;
     use crate::api::memory;
 
-    fn budget(sheets: usize) -> Arc<dyn Memory> {
-        memory::limited(sheets * SHEET)
+    fn budget(chunks: usize) -> Arc<dyn Memory> {
+        memory::limited(chunks * CHUNK)
     }
 
     #[test]
-    fn a_sheet_after_an_appended_text_is_paid_for() {
-        let mut paper = Paper::new(&budget(0));
-        paper.append(paper.sibling().finish());
-        assert!(paper.expect(1).is_err());
-        assert!(paper.write_all(b"x").is_err());
+    fn a_chunk_after_an_appended_text_is_paid_for() {
+        let mut buffer = Buffer::new(&budget(0));
+        buffer.append(buffer.sibling().finish());
+        assert!(buffer.reserve(1).is_err());
+        assert!(buffer.write_all(b"x").is_err());
     }
 
     #[test]
     fn the_budget_ends_the_text() {
-        let mut paper = Paper::new(&budget(1));
-        let lines = std::iter::repeat_with(|| paper.write_all(&[0; 1000]));
+        let mut buffer = Buffer::new(&budget(1));
+        let lines = std::iter::repeat_with(|| buffer.write_all(&[0; 1000]));
         let written = lines.take_while(Result::is_ok).count();
-        assert_eq!(written, 2 * (SHEET / 1000), "the first sheet is free, the second is paid for");
+        assert_eq!(written, 2 * (CHUNK / 1000), "the first chunk is free, the second is paid for");
     }
 }

@@ -7,9 +7,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
 
-use crate::api::chunks::{Paper, Stopped};
+use crate::api::chunks::{Buffer, Stopped};
 use crate::api::memory;
-use crate::api::output::Shape;
+use crate::api::output::Format;
 use crate::api::problem::{FoundFault, Problem};
 use crate::api::reader;
 use crate::api::wire::tolerant::{self as tolerant, Misfit};
@@ -190,9 +190,9 @@ fn depth(body: &[u8]) -> usize {
 ///
 /// # Errors
 /// [`Fault::Overflow`] where a number is infinite or not a number: JSON has neither, and `null` is no number. What
-/// [`not_written`] says where the paper ends.
-pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Result<(), Problem> {
-    writer::write(answer, shape, paper).map_err(|error| not_written(error.0))
+/// [`not_written`] says where the buffer ends.
+pub fn write<T: Serialize>(answer: &T, format: Format, buffer: &mut Buffer) -> Result<(), Problem> {
+    writer::write(answer, format, buffer).map_err(|error| not_written(error.0))
 }
 
 /// The same in one piece, for whoever sends it nowhere.
@@ -200,8 +200,8 @@ pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Resul
 /// # Errors
 /// [`Fault::Overflow`], as [`write()`].
 pub fn to_bytes<T: Serialize>(answer: &T) -> Result<Vec<u8>, Problem> {
-    let mut paper = Paper::new(&memory::unlimited());
-    write(answer, Shape::default(), &mut paper).map(|()| paper.finish().concat())
+    let mut buffer = Buffer::new(&memory::unlimited());
+    write(answer, Format::default(), &mut buffer).map(|()| buffer.finish().concat())
 }
 
 /// Why a text could not be written to its end.
@@ -218,8 +218,8 @@ mod tests {
     use super::*;
 
     fn written(numbers: &[f64]) -> Result<Vec<u8>, Problem> {
-        let mut paper = Paper::new(&memory::limited(0));
-        write(&numbers, Shape::default(), &mut paper).map(|()| paper.finish().concat())
+        let mut buffer = Buffer::new(&memory::limited(0));
+        write(&numbers, Format::default(), &mut buffer).map(|()| buffer.finish().concat())
     }
 
     #[test]

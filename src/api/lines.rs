@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use crate::api::problem::Status;
 
-use crate::api::chunks::{Paper, Sheets};
+use crate::api::chunks::{Buffer, Chunks};
 use crate::api::json::{self as json, shortened};
 use crate::api::line::{Id, Line};
 use crate::api::memory::Memory;
 use crate::api::operations::{self, Entry, TABLE};
-use crate::api::output::Shape;
+use crate::api::output::Format;
 use crate::api::problem::Problem;
 use crate::api::wire::tolerant::meant;
 
@@ -63,60 +63,60 @@ impl Part {
     ///
     /// # Errors
     /// Never for a line, which has its problem in its place; only when nobody waits any more.
-    pub fn answer(&self, shape: Shape, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<Sheets, Problem> {
-        self.tell(shape, max_depth, budget).map(|(sheets, _)| sheets)
+    pub fn answer(&self, format: Format, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<Chunks, Problem> {
+        self.tell(format, max_depth, budget).map(|(chunks, _)| chunks)
     }
 
     /// The same, counted.
     ///
     /// # Errors
     /// As [`Part::answer`].
-    pub fn tell(&self, shape: Shape, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<(Sheets, Tally), Problem> {
-        let (mut paper, mut tally) = (Paper::new(budget), Tally::default());
+    pub fn tell(&self, format: Format, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<(Chunks, Tally), Problem> {
+        let (mut buffer, mut tally) = (Buffer::new(budget), Tally::default());
         for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
             if !line.trim_ascii().is_empty() {
                 crate::core::work::checkpoint()?;
-                let is_answered = answer(line, self.first + i, shape, max_depth, &mut paper)?;
+                let is_answered = answer(line, self.first + i, format, max_depth, &mut buffer)?;
                 tally += Tally { lines: 1, failed: usize::from(!is_answered) };
             }
         }
-        Ok((paper.finish(), tally))
+        Ok((buffer.finish(), tally))
     }
 
     /// This problem in the place of every line.
-    pub fn refuse(&self, problem: &Problem, budget: &Arc<dyn Memory>) -> Sheets {
-        let mut paper = Paper::new(budget);
+    pub fn refuse(&self, problem: &Problem, budget: &Arc<dyn Memory>) -> Chunks {
+        let mut buffer = Buffer::new(budget);
         for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
             if !line.trim_ascii().is_empty() {
                 let id = Line::read(line, self.first + i, usize::MAX).map_or_else(|(id, _)| id, |(id, ..)| id);
-                // A sheet for a problem is always there.
-                let _ = refused(self.first + i, id.as_ref(), problem, &mut paper);
+                // A chunk for a problem is always there.
+                let _ = refused(self.first + i, id.as_ref(), problem, &mut buffer);
             }
         }
-        paper.finish()
+        buffer.finish()
     }
 }
 
 /// Whether it could be answered; if not, its problem is written.
-fn answer(line: &[u8], number: usize, shape: Shape, max_depth: usize, paper: &mut Paper) -> Result<bool, Problem> {
+fn answer(line: &[u8], number: usize, format: Format, max_depth: usize, buffer: &mut Buffer) -> Result<bool, Problem> {
     let (id, op, body) = match Line::read(line, number, max_depth) {
         Ok(parts) => parts,
-        Err((id, problem)) => return refused(number, id.as_ref(), &problem, paper).map(|()| false),
+        Err((id, problem)) => return refused(number, id.as_ref(), &problem, buffer).map(|()| false),
     };
-    let mut own = paper.sibling();
+    let mut own = buffer.sibling();
     let computed = match operations::named(&op) {
-        Some(operation) => (operation.answer_json)(body.get().as_bytes(), shape, &mut own),
+        Some(operation) => (operation.answer_json)(body.get().as_bytes(), format, &mut own),
         None => Err(unknown(&op)),
     };
     crate::core::work::checkpoint()?;
     match computed {
         Ok(()) => {
-            begin(number, id.as_ref(), "answer", paper)?;
-            let sheets = own.finish();
-            paper.take(sheets).map_err(json::not_written)?;
-            paper.write_all(b"}\n").map_err(json::not_written).map(|()| true)
+            begin(number, id.as_ref(), "answer", buffer)?;
+            let chunks = own.finish();
+            buffer.take(chunks).map_err(json::not_written)?;
+            buffer.write_all(b"}\n").map_err(json::not_written).map(|()| true)
         }
-        Err(problem) => refused(number, id.as_ref(), &problem, paper).map(|()| false),
+        Err(problem) => refused(number, id.as_ref(), &problem, buffer).map(|()| false),
     }
 }
 
@@ -128,15 +128,15 @@ fn unknown(op: &str) -> Problem {
     Problem::at(Status::NOT_FOUND, "unknown_operation", "There is no such operation", "/op".into(), detail)
 }
 
-fn begin(number: usize, id: Option<&Id>, what: &str, paper: &mut Paper) -> Result<(), Problem> {
+fn begin(number: usize, id: Option<&Id>, what: &str, buffer: &mut Buffer) -> Result<(), Problem> {
     let id = id.and_then(|id| serde_json::to_string(id).ok()).map_or(String::new(), |id| format!("\"id\":{id},"));
-    write!(paper, "{{\"line\":{number},{id}\"{what}\":").map_err(json::not_written)
+    write!(buffer, "{{\"line\":{number},{id}\"{what}\":").map_err(json::not_written)
 }
 
-fn refused(number: usize, id: Option<&Id>, problem: &Problem, paper: &mut Paper) -> Result<(), Problem> {
-    begin(number, id, "problem", paper)?;
+fn refused(number: usize, id: Option<&Id>, problem: &Problem, buffer: &mut Buffer) -> Result<(), Problem> {
+    begin(number, id, "problem", buffer)?;
     let text = serde_json::to_vec(problem).unwrap_or_default();
-    paper.write_all(&text).and_then(|()| paper.write_all(b"}\n")).map_err(json::not_written)
+    buffer.write_all(&text).and_then(|()| buffer.write_all(b"}\n")).map_err(json::not_written)
 }
 
 /// Cuts a stream of bytes into parts.

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::thread;
 
-use crate::api::chunks::{Paper, Stopped};
-use crate::api::output::{Layout, Precision, Shape};
+use crate::api::chunks::{Buffer, Stopped};
+use crate::api::output::{Format, Layout, Precision};
 use crate::api::rounded::{Block, LANES, ROOM, Rounding};
 use crate::api::writer::{Unwritten, not_finite};
 use crate::core::lanes::are_finite;
@@ -40,76 +40,76 @@ impl Numbers<'_> {
     }
 
     /// Writes the bytes of the numbers.
-    pub fn write_raw(&self, precision: Precision, paper: &mut Paper) -> Result<(), Unwritten> {
+    pub fn write_raw(&self, precision: Precision, buffer: &mut Buffer) -> Result<(), Unwritten> {
         let width = if precision == Precision::Single { size_of::<f32>() } else { size_of::<f64>() };
-        paper.expect(self.values.len() * width)?;
+        buffer.reserve(self.values.len() * width)?;
         let mut rounded = Vec::new();
         for values in self.values.chunks(BLOCK) {
             let values = precision.round_all(values, &mut rounded);
             check_finite(values)?;
             if precision == Precision::Single {
                 let singles: Vec<f32> = values.iter().map(|value| *value as f32).collect();
-                paper.write_all(bytemuck::cast_slice(&singles))?;
+                buffer.write_all(bytemuck::cast_slice(&singles))?;
             } else {
-                paper.write_all(bytemuck::cast_slice(values))?;
+                buffer.write_all(bytemuck::cast_slice(values))?;
             }
         }
         Ok(())
     }
 
     /// Writes the list as JSON; a long one on several threads, each its part.
-    pub fn write_json(&self, shape: Shape, scribe: &mut Scribe, paper: &mut Paper) -> Result<(), Unwritten> {
-        paper.write_all(b"[")?;
-        let hands = paper.hands().min(self.values.len() / WORTH);
-        if hands < 2 {
-            scribe.write(*self, shape, paper)?;
-            return paper.write_all(b"]").map_err(Unwritten::from);
+    pub fn write_json(&self, format: Format, number_text: &mut NumberText, buffer: &mut Buffer) -> Result<(), Unwritten> {
+        buffer.write_all(b"[")?;
+        let threads = buffer.threads().min(self.values.len() / WORTH);
+        if threads < 2 {
+            number_text.write(*self, format, buffer)?;
+            return buffer.write_all(b"]").map_err(Unwritten::from);
         }
         let part = |values| Numbers { values, ..*self };
-        let mut parts = self.values.chunks(self.rows().div_ceil(hands) * self.columns.max(1)).map(part);
+        let mut parts = self.values.chunks(self.rows().div_ceil(threads) * self.columns.max(1)).map(part);
         let first = parts.next().unwrap_or(part(&[]));
         let cancel = work::current();
         thread::scope(|scope| {
             let mut others = Vec::new();
             for part in parts {
-                let mut own = paper.paid_sibling()?;
+                let mut own = buffer.paid_sibling()?;
                 let cancel = &cancel;
                 let spawned = thread::Builder::new().spawn_scoped(scope, move || {
                     own.write_all(b",")?;
-                    work::run(cancel, || Scribe::default().write(part, shape, &mut own)).map(|()| own.finish())
+                    work::run(cancel, || NumberText::default().write(part, format, &mut own)).map(|()| own.finish())
                 });
                 others.push(spawned.map_err(|_| io::Error::other(Stopped::NoRoom))?);
             }
-            scribe.write(first, shape, paper)?;
+            number_text.write(first, format, buffer)?;
             for other in others {
-                paper.append(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+                buffer.append(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
             }
-            paper.write_all(b"]").map_err(Unwritten::from)
+            buffer.write_all(b"]").map_err(Unwritten::from)
         })
     }
 }
 
 /// What it takes to turn numbers to text; made once for many lists.
-pub struct Scribe {
+pub struct NumberText {
     texts: [zmij::Buffer; AT_ONCE],
     block: Block,
     line: Line,
 }
 
-impl Default for Scribe {
+impl Default for NumberText {
     fn default() -> Self {
-        Scribe { texts: std::array::from_fn(|_| zmij::Buffer::new()), block: Block::default(), line: Line::new() }
+        NumberText { texts: std::array::from_fn(|_| zmij::Buffer::new()), block: Block::default(), line: Line::new() }
     }
 }
 
-impl Scribe {
+impl NumberText {
     /// Whole rows, separated by commas.
-    fn write(&mut self, numbers: Numbers, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
-        paper.expect(numbers.values.len() * DIGITS)?;
-        let mut commas = Commas::of(if shape.layout == Layout::Nested { numbers.columns } else { 0 });
+    fn write(&mut self, numbers: Numbers, format: Format, buffer: &mut Buffer) -> Result<(), Unwritten> {
+        buffer.reserve(numbers.values.len() * DIGITS)?;
+        let mut commas = Commas::of(if format.layout == Layout::Nested { numbers.columns } else { 0 });
         for values in numbers.values.chunks(AT_ONCE) {
             check_finite(values)?;
-            match shape.precision {
+            match format.precision {
                 Precision::Full => self.write_shortest(values, &mut commas, |value| value),
                 Precision::Single => {
                     let singles = values.iter().all(|value| (*value as f32).is_finite());
@@ -119,10 +119,10 @@ impl Scribe {
                     self.write_rounded(values, &mut commas, Rounding::to(digits)).ok_or_else(not_finite)?;
                 }
             }
-            paper.write_all(&self.line.bytes[..self.line.length])?;
+            buffer.write_all(&self.line.bytes[..self.line.length])?;
             self.line.length = 0;
         }
-        paper.write_all(if commas.width > 0 { b"]" } else { b"" }).map_err(Unwritten::from)
+        buffer.write_all(if commas.width > 0 { b"]" } else { b"" }).map_err(Unwritten::from)
     }
 
     /// The shortest texts that parse back to the same numbers, all of which are finite.
@@ -229,11 +229,11 @@ mod tests {
         (0..count).map(|i| (i as f64 * 0.7).sin() * 10f64.powi(i as i32 % 40 - 20)).collect()
     }
 
-    fn written(columns: usize, values: &[f64], shape: Shape, hands: usize) -> Vec<u8> {
+    fn written(columns: usize, values: &[f64], format: Format, threads: usize) -> Vec<u8> {
         let budget = memory::limited(1 << 30);
-        let mut paper = Paper::new(&budget).with_hands(hands);
-        Numbers { columns, values }.write_json(shape, &mut Scribe::default(), &mut paper).unwrap();
-        paper.finish().concat()
+        let mut buffer = Buffer::new(&budget).with_threads(threads);
+        Numbers { columns, values }.write_json(format, &mut NumberText::default(), &mut buffer).unwrap();
+        buffer.finish().concat()
     }
 
     #[test]
@@ -242,30 +242,30 @@ mod tests {
             let values = values(3 * rows);
             let nested: Vec<&[f64]> = values.chunks(3).collect();
             let (nested, flat) = (serde_json::to_vec(&nested).unwrap(), serde_json::to_vec(&values).unwrap());
-            for hands in [1, 2, 3, 7] {
-                let flattened = Shape { layout: Layout::Flat, ..Shape::default() };
-                assert!(written(3, &values, Shape::default(), hands) == nested, "{rows} rows, {hands} hands");
-                assert!(written(3, &values, flattened, hands) == flat, "{rows} rows, {hands} hands");
-                assert!(written(0, &values, Shape::default(), hands) == flat, "{rows} rows, {hands} hands");
+            for threads in [1, 2, 3, 7] {
+                let flattened = Format { layout: Layout::Flat, ..Format::default() };
+                assert!(written(3, &values, Format::default(), threads) == nested, "{rows} rows, {threads} threads");
+                assert!(written(3, &values, flattened, threads) == flat, "{rows} rows, {threads} threads");
+                assert!(written(0, &values, Format::default(), threads) == flat, "{rows} rows, {threads} threads");
             }
         }
     }
 
     #[test]
     fn what_is_not_finite_is_refused() {
-        let mut paper = Paper::new(&memory::unlimited());
+        let mut buffer = Buffer::new(&memory::unlimited());
         for (precision, value) in [(Precision::Full, f64::INFINITY), (Precision::Full, f64::NAN), (Precision::Single, 1e39)] {
             let numbers = Numbers { columns: 2, values: &[1.0, value] };
-            assert!(numbers.write_raw(precision, &mut paper).is_err());
-            assert!(numbers.write_json(Shape { precision, ..Shape::default() }, &mut Scribe::default(), &mut paper).is_err());
+            assert!(numbers.write_raw(precision, &mut buffer).is_err());
+            assert!(numbers.write_json(Format { precision, ..Format::default() }, &mut NumberText::default(), &mut buffer).is_err());
         }
     }
 
     #[test]
-    fn a_budget_that_is_spent_ends_a_list_of_many_hands() {
+    fn a_budget_that_is_spent_ends_a_list_of_many_threads() {
         let budget = memory::limited(0);
-        let mut paper = Paper::new(&budget).with_hands(2);
+        let mut buffer = Buffer::new(&budget).with_threads(2);
         let numbers = Numbers { columns: 3, values: &values(300_000) };
-        assert!(numbers.write_json(Shape::default(), &mut Scribe::default(), &mut paper).is_err());
+        assert!(numbers.write_json(Format::default(), &mut NumberText::default(), &mut buffer).is_err());
     }
 }

@@ -46,7 +46,7 @@ pub enum Layout {
 
 /// What a client asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Shape {
+pub struct Format {
     /// How precise.
     pub precision: Precision,
     /// How laid out; the raw format has a layout of its own.

@@ -4,9 +4,9 @@ use std::io::{self, Write};
 
 use serde::ser::{self, Impossible, Serialize, SerializeSeq, SerializeStruct, SerializeTuple};
 
-use crate::api::chunks::Paper;
-use crate::api::number_text::{Numbers, Scribe};
-use crate::api::output::{MAGIC, PREFIX, Precision, Shape};
+use crate::api::chunks::Buffer;
+use crate::api::number_text::{NumberText, Numbers};
+use crate::api::output::{Format, MAGIC, PREFIX, Precision};
 use crate::api::rounded::{ROOM, Rounding};
 
 /// Why an answer cannot be written.
@@ -47,20 +47,20 @@ pub(super) fn not_finite() -> Unwritten {
 /// Writes an answer.
 ///
 /// # Errors
-/// A number that is not finite; the paper ends.
-pub fn write<T: Serialize>(answer: &T, shape: Shape, paper: &mut Paper) -> Result<(), Unwritten> {
-    let raw = shape.raw.then(|| Raw { header: Vec::new(), data: paper.sibling(), count: 0 });
-    let mut writer = Writer { shape, raw, paper, scribe: Scribe::default(), columns: 0 };
+/// A number that is not finite; the buffer ends.
+pub fn write<T: Serialize>(answer: &T, format: Format, buffer: &mut Buffer) -> Result<(), Unwritten> {
+    let raw = format.raw.then(|| Raw { header: Vec::new(), data: buffer.sibling(), count: 0 });
+    let mut writer = Writer { format, raw, buffer, number_text: NumberText::default(), columns: 0 };
     answer.serialize(&mut writer)?;
     writer.finish()
 }
 
-/// Everything goes to the paper, but in the raw format.
+/// Everything goes to the buffer, but in the raw format.
 struct Writer<'a> {
-    shape: Shape,
+    format: Format,
     raw: Option<Raw>,
-    paper: &'a mut Paper,
-    scribe: Scribe,
+    buffer: &'a mut Buffer,
+    number_text: NumberText,
     /// Of the numbers that come next.
     columns: usize,
 }
@@ -68,14 +68,14 @@ struct Writer<'a> {
 /// The header of the raw format, which grows beside its numbers, and how many these are.
 struct Raw {
     header: Vec<u8>,
-    data: Paper,
+    data: Buffer,
     count: usize,
 }
 
 impl Writer<'_> {
     fn text(&mut self, text: &[u8]) -> Result<(), Unwritten> {
         match &mut self.raw {
-            None => self.paper.write_all(text)?,
+            None => self.buffer.write_all(text)?,
             Some(raw) => raw.header.extend_from_slice(text),
         }
         Ok(())
@@ -83,7 +83,7 @@ impl Writer<'_> {
 
     fn json(&mut self, value: &impl Serialize) -> Result<(), Unwritten> {
         let written = match &mut self.raw {
-            None => serde_json::to_writer(&mut *self.paper, value),
+            None => serde_json::to_writer(&mut *self.buffer, value),
             Some(raw) => serde_json::to_writer(&mut raw.header, value),
         };
         written.map_err(Unwritten::from)
@@ -91,11 +91,11 @@ impl Writer<'_> {
 
     /// A number by itself.
     fn number(&mut self, value: f64) -> Result<(), Unwritten> {
-        if !self.shape.precision.round(value).is_finite() {
+        if !self.format.precision.round(value).is_finite() {
             return Err(not_finite());
         }
         let (mut buffer, mut room) = (zmij::Buffer::new(), [0; ROOM]);
-        let text = match self.shape.precision {
+        let text = match self.format.precision {
             Precision::Full => buffer.format_finite(value).as_bytes(),
             Precision::Single => buffer.format_finite(value as f32).as_bytes(),
             Precision::Digits(digits) => {
@@ -108,11 +108,11 @@ impl Writer<'_> {
 
     /// A list of numbers or of points.
     fn numbers(&mut self, numbers: Numbers) -> Result<(), Unwritten> {
-        let precision = self.shape.precision;
+        let precision = self.format.precision;
         if numbers.values.is_empty() {
             return self.text(b"[]");
         }
-        let Some(raw) = &mut self.raw else { return numbers.write_json(self.shape, &mut self.scribe, self.paper) };
+        let Some(raw) = &mut self.raw else { return numbers.write_json(self.format, &mut self.number_text, self.buffer) };
         let name = if precision == Precision::Single { "$f32" } else { "$f64" };
         numbers.write_raw(precision, &mut raw.data)?;
         write!(raw.header, "{{\"{name}\":[{},{},{}]}}", raw.count, numbers.rows(), numbers.columns)?;
@@ -124,11 +124,11 @@ impl Writer<'_> {
         let Some(Raw { mut header, data, .. }) = self.raw else { return Ok(()) };
         header.resize((PREFIX + header.len()).next_multiple_of(8) - PREFIX, b' ');
         let length = u32::try_from(header.len()).map_err(|_| not_finite())?;
-        self.paper.write_all(MAGIC)?;
-        self.paper.write_all(&length.to_le_bytes())?;
-        self.paper.write_all(&[0; 4])?;
-        self.paper.write_all(&header)?;
-        self.paper.append(data.finish());
+        self.buffer.write_all(MAGIC)?;
+        self.buffer.write_all(&length.to_le_bytes())?;
+        self.buffer.write_all(&[0; 4])?;
+        self.buffer.write_all(&header)?;
+        self.buffer.append(data.finish());
         Ok(())
     }
 }
@@ -313,9 +313,9 @@ mod tests {
     use crate::api::operations::{basis, continuity, convert, evaluate, fit, interpolate, subdivide, surface_evaluate, surface_tessellate};
 
     fn written<T: Serialize>(answer: &T) -> String {
-        let mut paper = Paper::new(&memory::limited(1 << 30));
-        write(answer, Shape::default(), &mut paper).unwrap();
-        String::from_utf8(paper.finish().concat()).unwrap()
+        let mut buffer = Buffer::new(&memory::limited(1 << 30));
+        write(answer, Format::default(), &mut buffer).unwrap();
+        String::from_utf8(buffer.finish().concat()).unwrap()
     }
 
     #[test]

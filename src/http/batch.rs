@@ -20,10 +20,10 @@ use super::negotiate;
 use super::observe::RequestId;
 use super::pool::Failure;
 use super::service::Service;
-use crate::api::chunks::Sheets;
+use crate::api::chunks::Chunks;
 use crate::api::cost::Cost;
 use crate::api::lines::{Cutter, NDJSON, Part};
-use crate::api::output::Shape;
+use crate::api::output::Format;
 use crate::api::problem::{Problem, Problems, Status};
 use crate::http::compressor::{Packer, Refused, hand_over};
 
@@ -37,7 +37,7 @@ const RETRY: Duration = Duration::from_millis(2);
 pub struct Streaming;
 
 /// A part being computed; forgotten when nobody waits for it.
-struct Underway(JoinHandle<Sheets>);
+struct Underway(JoinHandle<Chunks>);
 
 impl Drop for Underway {
     fn drop(&mut self) {
@@ -49,7 +49,7 @@ impl Drop for Underway {
 #[derive(Clone)]
 struct Batch {
     service: Arc<Service>,
-    shape: Shape,
+    format: Format,
     id: RequestId,
 }
 
@@ -75,8 +75,8 @@ pub async fn post(State(service): State<Arc<Service>>, request: Request) -> Resp
         negotiate::wanted(request.headers(), &[NDJSON, "application/jsonl"])?;
         negotiate::shape(request.uri().query())
     });
-    let shape = match checked {
-        Ok(shape) => shape,
+    let format = match checked {
+        Ok(format) => format,
         Err(problem) => return problem.into_response(),
     };
     let id = request.extensions().get().cloned().unwrap_or(RequestId(HeaderValue::from_static("none")));
@@ -84,7 +84,7 @@ pub async fn post(State(service): State<Arc<Service>>, request: Request) -> Resp
     let coding = packer.as_ref().map(Packer::coding);
     // As many parts underway as keep every worker busy; the next is read when the first of them is sent.
     let (send, parts) = mpsc::channel(2 * service.pool.workers());
-    let batch = Batch { service, shape, id };
+    let batch = Batch { service, format, id };
     let reader = tokio::spawn(read(request.into_body(), batch.clone(), send));
     let mut response = Body::from_stream(Answers { parts, reader: Some(reader), packer, batch: batch.clone() }.stream()).into_response();
     let headers = response.headers_mut();
@@ -111,20 +111,20 @@ fn cut_off(why: &str) -> io::Error {
 }
 
 impl Answers {
-    /// Sheet by sheet. Whoever compresses or sends may ask again after the end.
+    /// Chunk by chunk. Whoever compresses or sends may ask again after the end.
     fn stream(self) -> impl Stream<Item = io::Result<Bytes>> {
-        let sheets = stream::try_unfold(self, |mut answers| async move {
+        let chunks = stream::try_unfold(self, |mut answers| async move {
             let next = answers.next().await?;
-            Ok::<_, io::Error>(next.map(|sheets| (stream::iter(sheets.into_iter().map(Ok)), answers)))
+            Ok::<_, io::Error>(next.map(|chunks| (stream::iter(chunks.into_iter().map(Ok)), answers)))
         });
-        sheets.try_flatten().fuse()
+        chunks.try_flatten().fuse()
     }
 
     /// What is sent next; nothing at the end.
     async fn next(&mut self) -> io::Result<Option<Vec<Bytes>>> {
         if let Some(mut underway) = self.parts.recv().await {
-            let sheets = self.joined((&mut underway.0).await)?;
-            return self.packed(sheets).await.map(|sheets| Some(sheets.into_iter().collect()));
+            let chunks = self.joined((&mut underway.0).await)?;
+            return self.packed(chunks).await.map(|chunks| Some(chunks.into_iter().collect()));
         }
         if let Some(reader) = self.reader.take() {
             self.joined(reader.await)?;
@@ -140,20 +140,20 @@ impl Answers {
         })
     }
 
-    async fn packed(&mut self, mut sheets: Sheets) -> io::Result<Sheets> {
-        let Some(mut packer) = self.packer.take() else { return Ok(sheets) };
+    async fn packed(&mut self, mut chunks: Chunks) -> io::Result<Chunks> {
+        let Some(mut packer) = self.packer.take() else { return Ok(chunks) };
         let service = &self.batch.service;
         loop {
-            let job = |(mut packer, sheets): (Packer, Sheets)| {
-                let packed = packer.pack(sheets);
+            let job = |(mut packer, chunks): (Packer, Chunks)| {
+                let packed = packer.pack(chunks);
                 (packer, packed)
             };
-            match hand_over(&service.pool, Instant::now() + service.deadline, (packer, sheets), job).await {
+            match hand_over(&service.pool, Instant::now() + service.deadline, (packer, chunks), job).await {
                 Ok((packer, packed)) => {
                     self.packer = Some(packer);
                     return packed.map_err(|problem| cut_off(problem.code()));
                 }
-                Err(Refused::Full(again)) => (packer, sheets) = again,
+                Err(Refused::Full(again)) => (packer, chunks) = again,
                 Err(Refused::Failed(failure)) => return Err(cut_off(self.batch.failed(failure).code())),
             }
             sleep(RETRY).await;
@@ -230,7 +230,7 @@ async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
 }
 
 /// What was computed; after a panic the problem in the place of every line.
-async fn guarded(part: &Part, batch: &Batch, computed: impl Future<Output = Sheets>) -> Sheets {
+async fn guarded(part: &Part, batch: &Batch, computed: impl Future<Output = Chunks>) -> Chunks {
     AssertUnwindSafe(computed).catch_unwind().await.unwrap_or_else(|_| {
         batch.panicked("a batch; its lines have the problem in their place");
         part.refuse(&Problem::internal(), &batch.service.memory)
@@ -238,31 +238,31 @@ async fn guarded(part: &Part, batch: &Batch, computed: impl Future<Output = Shee
 }
 
 /// Computes a part; where it is too slow or panics, line by line, so that each line has its own outcome.
-async fn compute(part: &Part, batch: &Batch) -> Sheets {
+async fn compute(part: &Part, batch: &Batch) -> Chunks {
     let budget = &batch.service.memory;
     match attempt(part, batch).await {
-        Ok(sheets) => sheets,
+        Ok(chunks) => chunks,
         Err(problem) if part.lines() == 1 => part.refuse(&problem, budget),
         Err(_) => {
-            let mut all = Sheets::default();
+            let mut all = Chunks::default();
             for line in part.split() {
-                let sheets = attempt(&line, batch).await;
-                all.extend(sheets.unwrap_or_else(|problem| line.refuse(&problem, budget)));
+                let chunks = attempt(&line, batch).await;
+                all.extend(chunks.unwrap_or_else(|problem| line.refuse(&problem, budget)));
             }
             all
         }
     }
 }
 
-async fn attempt(part: &Part, batch: &Batch) -> Result<Sheets, Problem> {
-    let (service, shape) = (&batch.service, batch.shape);
+async fn attempt(part: &Part, batch: &Batch) -> Result<Chunks, Problem> {
+    let (service, format) = (&batch.service, batch.format);
     loop {
         let bytes = part.text.len();
         let (part, budget, max_depth) = (part.clone(), service.memory.clone(), service.max_depth);
-        let job = move || part.answer(shape, max_depth, &budget);
+        let job = move || part.answer(format, max_depth, &budget);
         let cost = Cost::of_batch(bytes);
         match service.pool.compute(cost, Instant::now() + service.deadline, job).await {
-            Ok(sheets) => return sheets,
+            Ok(chunks) => return chunks,
             Err(Failure::Full) => sleep(RETRY).await,
             Err(failure) => return Err(batch.failed(failure)),
         }
@@ -285,7 +285,7 @@ mod tests {
 
     fn batch() -> Batch {
         let service = Service::start(&Settings::parse_from(["test"]).config).unwrap();
-        Batch { service, shape: Shape::default(), id: RequestId(HeaderValue::from_static("the-id")) }
+        Batch { service, format: Format::default(), id: RequestId(HeaderValue::from_static("the-id")) }
     }
 
     async fn panicking<T>() -> T {
@@ -308,7 +308,7 @@ mod tests {
         assert_eq!(batch.service.metrics.panics.get(), 1);
     }
 
-    fn answers(batch: &Batch, reader: JoinHandle<()>, parts: Vec<JoinHandle<Sheets>>) -> Answers {
+    fn answers(batch: &Batch, reader: JoinHandle<()>, parts: Vec<JoinHandle<Chunks>>) -> Answers {
         let (send, receive) = mpsc::channel(9);
         parts.into_iter().for_each(|part| send.try_send(Underway(part)).unwrap_or_else(|_| panic!("full")));
         Answers { parts: receive, reader: Some(reader), packer: None, batch: batch.clone() }

@@ -8,20 +8,20 @@ use axum::body::Body;
 use bytes::Bytes;
 use http_body::{Frame, SizeHint};
 
-use crate::api::chunks::Sheets;
+use crate::api::chunks::Chunks;
 
-impl From<Sheets> for Body {
-    fn from(mut sheets: Sheets) -> Self {
-        if sheets.is_single() { sheets.pop().map_or_else(Body::empty, Body::from) } else { Body::new(sheets) }
+impl From<Chunks> for Body {
+    fn from(mut chunks: Chunks) -> Self {
+        if chunks.is_single() { chunks.pop().map_or_else(Body::empty, Body::from) } else { Body::new(chunks) }
     }
 }
 
-impl http_body::Body for Sheets {
+impl http_body::Body for Chunks {
     type Data = Bytes;
     type Error = Infallible;
 
     fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
-        Poll::Ready(self.pop().map(|sheet| Ok(Frame::data(sheet))))
+        Poll::Ready(self.pop().map(|chunk| Ok(Frame::data(chunk))))
     }
 
     fn is_end_stream(&self) -> bool {
@@ -41,26 +41,26 @@ mod tests {
     use http_body_util::BodyExt;
 
     use super::*;
-    use crate::api::chunks::{Paper, SHEET};
+    use crate::api::chunks::{Buffer, CHUNK};
     use crate::api::memory::{self, Memory, Reservation};
 
-    fn budget(sheets: usize) -> Arc<dyn Memory> {
-        memory::limited(sheets * SHEET)
+    fn budget(chunks: usize) -> Arc<dyn Memory> {
+        memory::limited(chunks * CHUNK)
     }
 
     #[tokio::test]
-    async fn a_long_text_arrives_whole_and_frees_its_sheets() {
+    async fn a_long_text_arrives_whole_and_frees_its_chunks() {
         let budget = budget(3);
-        let mut paper = Paper::new(&budget);
+        let mut buffer = Buffer::new(&budget);
         let line = [b'x'; 1000];
-        (0..1000).for_each(|_| paper.write_all(&line).unwrap());
-        let sheets = paper.finish();
-        assert_eq!(sheets.len(), 1_000_000);
-        let body = Body::from(sheets);
+        (0..1000).for_each(|_| buffer.write_all(&line).unwrap());
+        let chunks = buffer.finish();
+        assert_eq!(chunks.len(), 1_000_000);
+        let body = Body::from(chunks);
         assert_eq!(http_body::Body::size_hint(&body).exact(), Some(1_000_000));
         let whole = body.collect().await.unwrap().to_bytes();
         assert_eq!(whole.len(), 1_000_000);
         let mut all = Reservation::of(&budget);
-        assert!(all.grow_to(3 * SHEET).is_ok(), "everything is given back");
+        assert!(all.grow_to(3 * CHUNK).is_ok(), "everything is given back");
     }
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::api::chunks::SHEET;
+use crate::api::chunks::CHUNK;
 use crate::api::memory::{Limited, Memory, NoRoom};
 use crate::core::work;
 use crate::http::metrics::Metrics;
@@ -41,7 +41,7 @@ impl Budget {
     /// read more slowly than the workers write slow these down, and are not refused. Where a wait was in vain nobody else waits until
     /// something has been sent.
     pub fn await_room(&self, bytes: usize) {
-        let no_need = || bytes <= SHEET || bytes > self.bytes.most() || self.has_room(bytes) || self.stuck.load(Ordering::Relaxed);
+        let no_need = || bytes <= CHUNK || bytes > self.bytes.most() || self.has_room(bytes) || self.stuck.load(Ordering::Relaxed);
         if no_need() {
             return;
         }
@@ -102,16 +102,16 @@ mod tests {
 
     #[test]
     fn a_long_answer_waits_for_those_before_it_to_be_sent() {
-        let budget = Budget::new(4 * SHEET, Arc::default());
+        let budget = Budget::new(4 * CHUNK, Arc::default());
         let memory: Arc<dyn Memory> = budget.clone();
         let mut before = Reservation::of(&memory);
-        before.grow_to(3 * SHEET).unwrap();
-        budget.await_room(SHEET);
-        budget.await_room(5 * SHEET);
+        before.grow_to(3 * CHUNK).unwrap();
+        budget.await_room(CHUNK);
+        budget.await_room(5 * CHUNK);
         let waits = budget.clone();
         let waiting = std::thread::spawn(move || {
-            while !waits.has_room(2 * SHEET) {
-                waits.await_room(2 * SHEET);
+            while !waits.has_room(2 * CHUNK) {
+                waits.await_room(2 * CHUNK);
             }
         });
         drop(before);

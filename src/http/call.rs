@@ -17,15 +17,15 @@ use http_body_util::BodyExt;
 use tokio::time::{Instant, timeout};
 
 use super::coding::Coding;
-use super::negotiate::{self, Form};
+use super::negotiate::{self, BodyFormat};
 use super::pool::Failure;
 use super::service::Service;
-use crate::api::chunks::{Paper, Sheets};
+use crate::api::chunks::{Buffer, Chunks};
 use crate::api::cost::{Cost, Costed};
 use crate::api::json;
 use crate::api::memory::{NoRoom, Reservation};
 use crate::api::operations::{self, Operation, Output, OutputKind, Visitor};
-use crate::api::output::{RAW, Shape};
+use crate::api::output::{Format, RAW};
 use crate::api::problem::{Problem, Status};
 use crate::api::wire::raw;
 use crate::http::compressor::Packing;
@@ -43,9 +43,9 @@ const DISCARDING: Duration = Duration::from_millis(5);
 pub struct Call {
     service: Arc<Service>,
     body: Received,
-    form: Form,
+    body_format: BodyFormat,
     headers: HeaderMap,
-    shape: Shape,
+    format: Format,
     deadline: Instant,
     /// What is expected of it by its length alone.
     cost: Cost,
@@ -61,8 +61,8 @@ impl FromRequest<Arc<Service>> for Call {
     type Rejection = Problem;
 
     async fn from_request(request: Request, service: &Arc<Service>) -> Result<Self, Problem> {
-        let form = negotiate::sent(request.headers())?;
-        let shape = negotiate::shape(request.uri().query())?;
+        let body_format = negotiate::sent(request.headers())?;
+        let format = negotiate::shape(request.uri().query())?;
         let declared = request.body().size_hint().exact();
         if declared.is_some_and(|bytes| bytes > service.max_body as u64) {
             return Err(too_large(service));
@@ -83,7 +83,15 @@ impl FromRequest<Arc<Service>> for Call {
             None => timeout(service.body_time, receiving).await.map_err(|_| body_too_slow(service))??,
         };
         let cost = Cost::of_body(head.uri.path(), body.bytes.len());
-        Ok(Call { service: service.clone(), body, form, headers: head.headers, shape, deadline: Instant::now() + service.deadline, cost })
+        Ok(Call {
+            service: service.clone(),
+            body,
+            body_format,
+            headers: head.headers,
+            format,
+            deadline: Instant::now() + service.deadline,
+            cost,
+        })
     }
 }
 
@@ -193,44 +201,44 @@ impl Call {
             Ok(media_type) => media_type,
             Err(problem) => return problem.into_response(),
         };
-        self.shape.raw = media_type == RAW;
+        self.format.raw = media_type == RAW;
         let (packing, vary) = (self.packing(), self.service.vary());
         let coding = packing.as_ref().map(|packing| packing.coding);
         let computed = self.compute::<O>(packing.clone()).await;
         let packed = match (computed, packing) {
             // What was computed where it arrived is packed on a worker all the same.
-            (Ok(sheets), Some(packing)) => packing.on_a_worker(sheets).await,
+            (Ok(chunks), Some(packing)) => packing.on_a_worker(chunks).await,
             (computed, _) => computed,
         };
         match packed {
-            Ok(sheets) => answered(sheets, media_type, vary, coding),
+            Ok(chunks) => answered(chunks, media_type, vary, coding),
             Err(problem) => problem.into_response(),
         }
     }
 
     /// Whether the answer is to be packed. The raw format shrinks by a tenth only.
     fn packing(&self) -> Option<Packing> {
-        let coding = if self.shape.raw { None } else { self.service.coding(&self.headers) };
+        let coding = if self.format.raw { None } else { self.service.coding(&self.headers) };
         coding.map(|coding| Packing { coding, service: self.service.clone(), deadline: self.deadline })
     }
 
-    async fn compute<O: Operation>(self, packing: Option<Packing>) -> Result<Sheets, Problem> {
-        let Call { service, body, form, shape, deadline, cost, .. } = self;
+    async fn compute<O: Operation>(self, packing: Option<Packing>) -> Result<Chunks, Problem> {
+        let Call { service, body, body_format, format, deadline, cost, .. } = self;
         let written_by = service.clone();
         // With the body, where it is still there, faults come in its order.
-        let written = move |request: O::Request, body: &[u8]| -> Result<Sheets, Problem> {
-            let mut paper = Paper::new(&written_by.memory).with_hands(1 + written_by.pool.idle());
-            O::compute(request).map_err(|error| json::refused(error, body))?.write(shape, &mut paper)?;
-            Ok(paper.finish())
+        let written = move |request: O::Request, body: &[u8]| -> Result<Chunks, Problem> {
+            let mut buffer = Buffer::new(&written_by.memory).with_threads(1 + written_by.pool.idle());
+            O::compute(request).map_err(|error| json::refused(error, body))?.write(format, &mut buffer)?;
+            Ok(buffer.finish())
         };
-        let pack = move |sheets| match packing {
-            Some(packing) => packing.pack(sheets),
-            None => Ok(sheets),
+        let pack = move |chunks| match packing {
+            Some(packing) => packing.pack(chunks),
+            None => Ok(chunks),
         };
         let (max_depth, budget) = (service.max_depth, service.budget.clone());
         let result = if body.bytes.len() > SMALL {
             let job = move || {
-                let request = read(&body.bytes, form, max_depth);
+                let request = read(&body.bytes, body_format, max_depth);
                 drop(body);
                 let request: O::Request = request?;
                 budget.await_room(request.cost().answer);
@@ -238,7 +246,7 @@ impl Call {
             };
             service.pool.compute(cost, deadline, job).await
         } else {
-            let request: O::Request = read(&body.bytes, form, max_depth)?;
+            let request: O::Request = read(&body.bytes, body_format, max_depth)?;
             if O::is_small(&request) {
                 catch_unwind(AssertUnwindSafe(|| written(request, &body.bytes))).map_err(|_| Failure::Panicked)
             } else {
@@ -259,28 +267,28 @@ impl Call {
 }
 
 /// The answer as HTTP has it.
-fn answered(sheets: Sheets, media_type: &'static str, vary: HeaderValue, coding: Option<Coding>) -> Response {
+fn answered(chunks: Chunks, media_type: &'static str, vary: HeaderValue, coding: Option<Coding>) -> Response {
     // With room for what the middleware adds.
     let mut headers = HeaderMap::with_capacity(12);
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     headers.insert(header::VARY, vary);
-    headers.insert(header::CONTENT_LENGTH, sheets.len().into());
-    if let Some(coding) = coding.filter(|_| sheets.is_packed()) {
+    headers.insert(header::CONTENT_LENGTH, chunks.len().into());
+    if let Some(coding) = coding.filter(|_| chunks.is_packed()) {
         headers.insert(header::CONTENT_ENCODING, coding.header());
     }
-    let mut response = Response::new(Body::from(sheets));
+    let mut response = Response::new(Body::from(chunks));
     *response.headers_mut() = headers;
     response
 }
 
-fn read<Request: json::Request>(body: &Bytes, form: Form, max_depth: usize) -> Result<Request, Problem> {
+fn read<Request: json::Request>(body: &Bytes, body_format: BodyFormat, max_depth: usize) -> Result<Request, Problem> {
     let read = |text: &[u8]| {
         json::check_depth(text, max_depth)?;
         json::from_bytes(text)
     };
-    match form {
-        Form::Json => read(body),
-        Form::Raw => raw::read(body, read),
+    match body_format {
+        BodyFormat::Json => read(body),
+        BodyFormat::Raw => raw::read(body, read),
     }
 }
 

@@ -9,7 +9,7 @@ use tokio::time::Instant;
 use zstd::stream::write::Encoder as ZstdEncoder;
 use zstd::zstd_safe::{CParameter, ParamSwitch};
 
-use crate::api::chunks::Sheets;
+use crate::api::chunks::Chunks;
 use crate::api::memory::{Memory, Reservation};
 use crate::api::problem::Problem;
 use crate::core::work;
@@ -70,7 +70,7 @@ impl Packer {
     ///
     /// # Errors
     /// Nobody waits any more.
-    pub fn pack(&mut self, part: Sheets) -> Result<Sheets, Problem> {
+    pub fn pack(&mut self, part: Chunks) -> Result<Chunks, Problem> {
         self.feed(part, Then::More)
     }
 
@@ -82,11 +82,11 @@ impl Packer {
         self.put(&[], Some(Then::End))
     }
 
-    fn feed(&mut self, text: Sheets, then: Then) -> Result<Sheets, Problem> {
-        text.packed(|sheet, is_last| {
+    fn feed(&mut self, text: Chunks, then: Then) -> Result<Chunks, Problem> {
+        text.packed(|chunk, is_last| {
             work::checkpoint()?;
             // Writing to memory does not fail.
-            self.put(sheet, is_last.then_some(then)).map_err(|_| Problem::internal())
+            self.put(chunk, is_last.then_some(then)).map_err(|_| Problem::internal())
         })
     }
 
@@ -136,7 +136,7 @@ impl Packing {
     ///
     /// # Errors
     /// Nobody waits any more.
-    pub fn pack(&self, text: Sheets) -> Result<Sheets, Problem> {
+    pub fn pack(&self, text: Chunks) -> Result<Chunks, Problem> {
         if !worth_it(&text) {
             return Ok(text);
         }
@@ -150,7 +150,7 @@ impl Packing {
     ///
     /// # Errors
     /// The deadline.
-    pub async fn on_a_worker(self, text: Sheets) -> Result<Sheets, Problem> {
+    pub async fn on_a_worker(self, text: Chunks) -> Result<Chunks, Problem> {
         if !worth_it(&text) {
             return Ok(text);
         }
@@ -163,7 +163,7 @@ impl Packing {
     }
 }
 
-fn worth_it(text: &Sheets) -> bool {
+fn worth_it(text: &Chunks) -> bool {
     text.len() >= WORTH_IT && !text.is_packed()
 }
 
@@ -201,7 +201,7 @@ mod tests {
     use std::io::Read;
 
     use super::*;
-    use crate::api::chunks::{Paper, SHEET};
+    use crate::api::chunks::{Buffer, CHUNK};
     use crate::api::memory;
     use crate::core::work::Cancel;
 
@@ -211,10 +211,10 @@ mod tests {
         (0..count).flat_map(|i| format!("{},", (i as f64).sin()).into_bytes()).collect()
     }
 
-    fn sheets(text: &[u8], budget: &Arc<dyn Memory>) -> Sheets {
-        let mut paper = Paper::new(budget);
-        text.chunks(1_000).for_each(|piece| paper.write_all(piece).unwrap());
-        paper.finish()
+    fn chunks(text: &[u8], budget: &Arc<dyn Memory>) -> Chunks {
+        let mut buffer = Buffer::new(budget);
+        text.chunks(1_000).for_each(|piece| buffer.write_all(piece).unwrap());
+        buffer.finish()
     }
 
     /// One member or frame and not a byte more: that is all that many clients read.
@@ -231,8 +231,8 @@ mod tests {
         text
     }
 
-    fn whole(coding: Coding, text: &[u8], budget: &Arc<dyn Memory>) -> Sheets {
-        Packer::new(coding, Some(text.len() as u64), budget).unwrap().feed(sheets(text, budget), Then::End).unwrap()
+    fn whole(coding: Coding, text: &[u8], budget: &Arc<dyn Memory>) -> Chunks {
+        Packer::new(coding, Some(text.len() as u64), budget).unwrap().feed(chunks(text, budget), Then::End).unwrap()
     }
 
     #[test]
@@ -255,7 +255,7 @@ mod tests {
             let (mut packer, mut packed, mut text) = (Packer::new(coding, None, &budget).unwrap(), Vec::new(), Vec::new());
             for count in [1, 20_000, 3] {
                 let part = numbers(count);
-                packed.extend(packer.pack(sheets(&part, &budget)).unwrap().concat());
+                packed.extend(packer.pack(chunks(&part, &budget)).unwrap().concat());
                 text.extend(part);
                 assert!(readable(coding, &packed) == text, "{coding:?} {count}");
             }
@@ -279,7 +279,7 @@ mod tests {
     fn memory_is_taken_from_the_budget_and_given_back() {
         let text = numbers(100_000);
         for coding in BOTH {
-            let needed = MEMORY + text.len().next_multiple_of(SHEET);
+            let needed = MEMORY + text.len().next_multiple_of(CHUNK);
             let budget = memory::limited(needed);
             let packed = whole(coding, &text, &budget);
             let mut rest = Reservation::of(&budget);
@@ -296,7 +296,7 @@ mod tests {
         let (text, cancel) = (numbers(1_000), Cancel::default());
         cancel.cancel();
         let mut packer = Packer::new(Coding::Zstd, None, &budget).unwrap();
-        assert!(work::run(&cancel, || packer.pack(sheets(&text, &budget))).is_err());
+        assert!(work::run(&cancel, || packer.pack(chunks(&text, &budget))).is_err());
     }
 
     #[test]

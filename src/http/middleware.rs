@@ -25,7 +25,7 @@ use crate::http::service::Service;
 
 /// The service as a connection meets it.
 #[derive(Clone)]
-pub struct Edge(Arc<Inside>);
+pub struct Middleware(Arc<Inside>);
 
 struct Inside {
     service: Arc<Service>,
@@ -35,15 +35,15 @@ struct Inside {
     router: Router,
 }
 
-impl Edge {
+impl Middleware {
     /// Around these routes; pages of these origins may call from a browser.
     pub fn new(service: &Arc<Service>, cors_origins: &[HeaderValue], paths: impl Iterator<Item = String>, router: Router) -> Self {
         let observer = Observer::new(service, paths);
-        Edge(Arc::new(Inside { service: service.clone(), observer, cors: cors(cors_origins), handlers: Handlers::all(), router }))
+        Middleware(Arc::new(Inside { service: service.clone(), observer, cors: cors(cors_origins), handlers: Handlers::all(), router }))
     }
 }
 
-impl tower::Service<Request> for Edge {
+impl tower::Service<Request> for Middleware {
     type Response = Response;
     type Error = Infallible;
     type Future = Pin<Box<dyn Future<Output = Result<Response, Infallible>> + Send>>;

@@ -32,7 +32,7 @@ use utoipa_swagger_ui::SwaggerUi;
 
 use crate::api::problem::{Problem, Status};
 use crate::api::{json, specification};
-use middleware::Edge;
+use middleware::Middleware;
 use service::Service;
 
 /// Every route but those of the operations, registered together with its documentation.
@@ -55,7 +55,7 @@ pub fn openapi() -> utoipa::openapi::OpenApi {
 }
 
 /// The whole service: routes, documentation, and what is done around them.
-pub fn service(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Edge {
+pub fn service(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Middleware {
     let (router, api) = routes().split_for_parts();
     let paths = api.paths.paths.into_keys().chain([SPECIFICATION, JSON_ONLY].map(String::from));
     let router = router
@@ -66,7 +66,7 @@ pub fn service(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Edge {
         .route("/docs/swagger-initializer.js", get(page::initializer))
         .fallback(not_found)
         .method_not_allowed_fallback(method_not_allowed);
-    Edge::new(service, cors_origins, paths, router)
+    Middleware::new(service, cors_origins, paths, router)
 }
 
 /// Where the specification is.

@@ -3,13 +3,13 @@
 use axum::http::{HeaderMap, header};
 
 use crate::api::json::shortened;
-use crate::api::output::{Layout, Precision, RAW, Shape};
+use crate::api::output::{Format, Layout, Precision, RAW};
 use crate::api::problem::{Problem, Status};
 use crate::api::wire::tolerant::meant;
 
 /// How a body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum BodyFormat {
     /// As JSON.
     Json,
     /// In the raw format.
@@ -20,18 +20,18 @@ pub enum Form {
 ///
 /// # Errors
 /// Status 415; a compressed body too.
-pub fn sent(headers: &HeaderMap) -> Result<Form, Problem> {
+pub fn sent(headers: &HeaderMap) -> Result<BodyFormat, Problem> {
     check_uncompressed(headers)?;
     let given = content_type(headers);
     if given == "application/json" {
-        return Ok(Form::Json);
+        return Ok(BodyFormat::Json);
     }
     let essence = essence(given);
     if essence == RAW {
-        return Ok(Form::Raw);
+        return Ok(BodyFormat::Raw);
     }
     if essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json")) {
-        return Ok(Form::Json);
+        return Ok(BodyFormat::Json);
     }
     let was = if given.is_empty() { "no Content-Type was sent".to_owned() } else { format!("the Content-Type is {}", shortened(given)) };
     let detail = format!("{was}; send the header Content-Type: application/json, or {RAW} for the raw format");
@@ -111,15 +111,15 @@ pub(super) fn weighed(text: &str) -> (String, f64) {
 ///
 /// # Errors
 /// Status 400: a parameter that is unknown, given twice or has another value.
-pub fn shape(query: Option<&str>) -> Result<Shape, Problem> {
-    let mut shape = Shape::default();
+pub fn shape(query: Option<&str>) -> Result<Format, Problem> {
+    let mut format = Format::default();
     let mut seen = Vec::new();
     for part in query.unwrap_or("").split('&').filter(|part| !part.is_empty()) {
         let (key, value) = part.split_once('=').unwrap_or((part, ""));
         match (key, value) {
-            ("precision", value) => shape.precision = precision(value)?,
-            ("layout", "nested") => shape.layout = Layout::Nested,
-            ("layout", "flat") => shape.layout = Layout::Flat,
+            ("precision", value) => format.precision = precision(value)?,
+            ("layout", "nested") => format.layout = Layout::Nested,
+            ("layout", "flat") => format.layout = Layout::Flat,
             ("layout", _) => return Err(refused(&format!("the parameter layout is `{}`; allowed is nested or flat", shortened(value)))),
             _ => return Err(refused(&unknown(key))),
         }
@@ -128,7 +128,7 @@ pub fn shape(query: Option<&str>) -> Result<Shape, Problem> {
         }
         seen.push(key);
     }
-    Ok(shape)
+    Ok(format)
 }
 
 /// How precise: `full`, `single` or a number of digits.
@@ -189,10 +189,10 @@ mod tests {
 
     #[test]
     fn parameters_are_known_and_single() {
-        assert_eq!(shape(None).unwrap(), Shape::default());
+        assert_eq!(shape(None).unwrap(), Format::default());
         assert_eq!(
             shape(Some("precision=6&layout=flat")).unwrap(),
-            Shape { precision: Precision::Digits(6), layout: Layout::Flat, raw: false }
+            Format { precision: Precision::Digits(6), layout: Layout::Flat, raw: false }
         );
         assert_eq!(shape(Some("precision=single")).unwrap().precision, Precision::Single);
         for query in ["precision=0", "precision=18", "precision=", "layout=round", "digits=3", "layout=flat&layout=flat"] {

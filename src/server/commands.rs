@@ -15,7 +15,7 @@ use utoipa::openapi::path::Operation;
 
 use crate::api::lines::Tally;
 use crate::api::operations::{Entry, OutputKind, TABLE};
-use crate::api::output::{Layout, Precision, Shape};
+use crate::api::output::{Format, Layout, Precision};
 use crate::api::problem::{Problem, Status};
 use crate::http::{self, negotiate};
 use crate::server::offline::{self as offline, Failure};
@@ -88,8 +88,8 @@ pub struct Batch {
 }
 
 impl Numbers {
-    fn shape(&self) -> Shape {
-        Shape { precision: self.precision, layout: self.layout, raw: false }
+    fn shape(&self) -> Format {
+        Format { precision: self.precision, layout: self.layout, raw: false }
     }
 }
 
@@ -169,7 +169,7 @@ impl Named {
     fn answer(&self, source: &Source, matches: &ArgMatches) -> Result<(), End> {
         let input = source.open(self.0.name(), "a request")?;
         if self.is_picture() {
-            let sheets = offline::operation(self.0.answer, Shape::default(), input)?;
+            let sheets = offline::operation(self.0.answer, Format::default(), input)?;
             return Ok(printed(sheets)?);
         }
         let sheets = offline::operation(self.0.answer, parsed::<Numbers>(matches).shape(), input)?;

@@ -23,7 +23,7 @@ use tokio::sync::watch;
 use tokio::time::{interval, sleep, timeout};
 
 use crate::http;
-use crate::http::middleware::Edge;
+use crate::http::middleware::Middleware;
 use crate::http::service::Service;
 use crate::server::config::Config;
 use listener::Listener;
@@ -44,7 +44,7 @@ enum Stage {
 pub struct Server {
     service: Arc<Service>,
     config: Config,
-    main: Listener<Edge>,
+    main: Listener<Middleware>,
     metrics: Option<Listener<Router>>,
 }
 

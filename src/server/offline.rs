@@ -6,12 +6,12 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, SyncSender, TryRecvError};
 use std::thread;
 
-use crate::api::chunks::{Paper, Sheets};
+use crate::api::chunks::{Buffer, Chunks};
 use crate::api::json::{MAX_DEPTH, check_depth};
 use crate::api::lines::{Cutter, Part, Tally};
 use crate::api::memory::{self, Memory};
 use crate::api::operations::Answer;
-use crate::api::output::Shape;
+use crate::api::output::Format;
 use crate::api::problem::{Problem, Status};
 use crate::core::limits;
 
@@ -39,16 +39,16 @@ impl From<Problem> for Failure {
 ///
 /// # Errors
 /// What is wrong with the request; input that fails.
-pub fn operation(answer: Answer, shape: Shape, input: impl Read) -> Result<Sheets, Failure> {
+pub fn operation(answer: Answer, format: Format, input: impl Read) -> Result<Chunks, Failure> {
     let mut body = Vec::new();
     input.take(limits::BODY_BYTES as u64 + 1).read_to_end(&mut body)?;
     if body.len() > limits::BODY_BYTES {
         return Err(too_large("request").into());
     }
     check_depth(&body, MAX_DEPTH)?;
-    let mut paper = Paper::new(&memory::unlimited());
-    answer(&body, shape, &mut paper)?;
-    Ok(paper.finish())
+    let mut buffer = Buffer::new(&memory::unlimited());
+    answer(&body, format, &mut buffer)?;
+    Ok(buffer.finish())
 }
 
 fn too_large(what: &str) -> Problem {
@@ -57,7 +57,7 @@ fn too_large(what: &str) -> Problem {
 }
 
 /// The answers to a part, when they are there.
-type Underway = Receiver<(Sheets, Tally)>;
+type Underway = Receiver<(Chunks, Tally)>;
 
 /// A batch: lines in, lines out, in the same order, over all cores, in constant memory. A line is answered as soon as it is read,
 /// whatever comes after it. `on_read` is told of the bytes read.
@@ -67,20 +67,20 @@ type Underway = Receiver<(Sheets, Tally)>;
 pub fn batch(
     input: impl Read + Send + 'static,
     mut output: impl Write,
-    shape: Shape,
+    format: Format,
     on_read: impl Fn(usize) + Send + 'static,
 ) -> io::Result<Tally> {
     let (send, parts) = mpsc::sync_channel(2 * rayon::current_num_threads());
     // Not waited for: where the output is closed, it may be reading a terminal.
     thread::spawn(move || {
-        if let Err(error) = read(input, shape, &send, on_read) {
+        if let Err(error) = read(input, format, &send, on_read) {
             let _ = send.send(Err(error));
         }
     });
     let mut tally = Tally::default();
     while let Some(underway) = next(&parts, &mut output)? {
-        let Some((sheets, counted)) = next(&underway?, &mut output)? else { continue };
-        sheets.into_iter().try_for_each(|sheet| output.write_all(&sheet))?;
+        let Some((chunks, counted)) = next(&underway?, &mut output)? else { continue };
+        chunks.into_iter().try_for_each(|chunk| output.write_all(&chunk))?;
         tally += counted;
     }
     output.flush()?;
@@ -97,7 +97,7 @@ fn next<T>(receiver: &Receiver<T>, output: &mut impl Write) -> io::Result<Option
 }
 
 /// Reads the batch and has its parts computed, until its end or until nobody takes them.
-fn read(mut input: impl Read, shape: Shape, parts: &SyncSender<io::Result<Underway>>, on_read: impl Fn(usize)) -> io::Result<()> {
+fn read(mut input: impl Read, format: Format, parts: &SyncSender<io::Result<Underway>>, on_read: impl Fn(usize)) -> io::Result<()> {
     let (budget, mut cutter) = (memory::unlimited(), Cutter::default());
     let mut piece = vec![0; PIECE];
     let hand_out = |part: Part, refusal: Option<Problem>| {
@@ -105,7 +105,7 @@ fn read(mut input: impl Read, shape: Shape, parts: &SyncSender<io::Result<Underw
         let budget = budget.clone();
         let is_wanted = parts.send(Ok(underway)).is_ok();
         if is_wanted {
-            rayon::spawn(move || _ = done.send(compute(&part, refusal, shape, &budget)));
+            rayon::spawn(move || _ = done.send(compute(&part, refusal, format, &budget)));
         }
         is_wanted
     };
@@ -132,10 +132,10 @@ fn read(mut input: impl Read, shape: Shape, parts: &SyncSender<io::Result<Underw
 }
 
 /// Answers a part; a panic costs its lines, not the batch.
-fn compute(part: &Part, refusal: Option<Problem>, shape: Shape, budget: &Arc<dyn Memory>) -> (Sheets, Tally) {
+fn compute(part: &Part, refusal: Option<Problem>, format: Format, budget: &Arc<dyn Memory>) -> (Chunks, Tally) {
     let answered = match refusal {
         Some(problem) => Err(problem),
-        None => catch_unwind(AssertUnwindSafe(|| part.tell(shape, MAX_DEPTH, budget))).unwrap_or_else(|_| Err(Problem::internal())),
+        None => catch_unwind(AssertUnwindSafe(|| part.tell(format, MAX_DEPTH, budget))).unwrap_or_else(|_| Err(Problem::internal())),
     };
     answered.unwrap_or_else(|problem| {
         let lines = part.lines();

@@ -20,8 +20,8 @@ use serde_json::{Value, json};
 use springline::core::error::Error;
 use springline::http::budget::Budget;
 use springline::api::json::{from_bytes, write};
-use springline::api::chunks::Paper;
-use springline::api::output::{RAW, Shape};
+use springline::api::chunks::Buffer;
+use springline::api::output::{RAW, Format};
 use springline::api::operations::{evaluate, fit, interpolate, subdivide, to_bspline};
 
 /// As in the service.
@@ -78,9 +78,9 @@ where
     let (answer, length, raw) = found.unwrap_or_else(|| {
         let answer = operation(from_bytes(&body).expect("the requests are good")).expect("the requests are good");
         let length = serde_json::to_vec(&answer).expect("answers can be written").len();
-        let mut paper = Paper::new(&Budget::unlimited());
-        write(&answer, Shape { raw: true, ..Shape::default() }, &mut paper).expect("the answers are finite");
-        let ready = (Arc::new(answer) as Arc<dyn Any + Send + Sync>, length, paper.finish().concat().into());
+        let mut buffer = Buffer::new(&Budget::unlimited());
+        write(&answer, Format { raw: true, ..Format::default() }, &mut buffer).expect("the answers are finite");
+        let ready = (Arc::new(answer) as Arc<dyn Any + Send + Sync>, length, buffer.finish().concat().into());
         known.lock().unwrap().insert(body, ready.clone());
         ready
     });

@@ -5,10 +5,10 @@ use std::io::Write;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::api::chunks::{Paper, SHEET};
+use crate::api::chunks::{Buffer, CHUNK};
 use crate::api::cost::Costed;
 use crate::api::json::{self, Request};
-use crate::api::output::Shape;
+use crate::api::output::Format;
 use crate::api::problem::Problem;
 use crate::core::error::Error;
 
@@ -80,8 +80,8 @@ pub trait Output: Serialize + Sized + 'static {
     ///
     /// # Errors
     /// As [`json::write`].
-    fn write(&self, shape: Shape, paper: &mut Paper) -> Result<(), Problem> {
-        json::write(self, shape, paper)
+    fn write(&self, format: Format, buffer: &mut Buffer) -> Result<(), Problem> {
+        json::write(self, format, buffer)
     }
 }
 
@@ -89,13 +89,13 @@ pub trait Output: Serialize + Sized + 'static {
 impl Output for String {
     const KIND: OutputKind = OutputKind::Picture;
 
-    fn write(&self, _: Shape, paper: &mut Paper) -> Result<(), Problem> {
-        self.as_bytes().chunks(SHEET).try_for_each(|part| paper.write_all(part)).map_err(json::not_written)
+    fn write(&self, _: Format, buffer: &mut Buffer) -> Result<(), Problem> {
+        self.as_bytes().chunks(CHUNK).try_for_each(|part| buffer.write_all(part)).map_err(json::not_written)
     }
 }
 
 /// Reads a request, computes, writes the answer.
-pub type Answer = fn(&[u8], Shape, &mut Paper) -> Result<(), Problem>;
+pub type Answer = fn(&[u8], Format, &mut Buffer) -> Result<(), Problem>;
 
 /// An operation in the table.
 #[derive(Debug, Clone, Copy)]
@@ -118,8 +118,8 @@ impl Entry {
             path: O::PATH,
             examples: O::EXAMPLES,
             kind: O::Answer::KIND,
-            answer: |body, shape, paper| answered::<O>(body)?.write(shape, paper),
-            answer_json: |body, shape, paper| json::write(&answered::<O>(body)?, shape, paper),
+            answer: |body, format, buffer| answered::<O>(body)?.write(format, buffer),
+            answer_json: |body, format, buffer| json::write(&answered::<O>(body)?, format, buffer),
         }
     }
 

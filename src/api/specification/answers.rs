@@ -6,10 +6,10 @@ use serde_json::{Value, json};
 use utoipa::openapi::example::ExampleBuilder;
 use utoipa::openapi::{Content, OpenApi, RefOr};
 
-use crate::api::chunks::Paper;
+use crate::api::chunks::Buffer;
 use crate::api::memory::{self};
 use crate::api::operations;
-use crate::api::output::{Precision, Shape};
+use crate::api::output::{Format, Precision};
 use crate::api::problem::Problem;
 
 /// Longer answers are not shown.
@@ -34,7 +34,7 @@ pub fn show(api: &mut OpenApi) {
         let refused = examples.first().and_then(|example| refused(name, example.body));
         let content = super::answer(operation, "422").and_then(|answer| super::content(answer, "application/problem+json"));
         if let Some((content, problem)) = content.zip(refused) {
-            add(content, "refused", "A request that is JSON of the right shape, and yet cannot be answered", problem);
+            add(content, "refused", "A request that is JSON of the right format, and yet cannot be answered", problem);
         }
     }
 }
@@ -55,10 +55,10 @@ fn add(content: &mut Content, name: &str, summary: &str, value: Value) {
 }
 
 fn answered(name: &str, body: &[u8]) -> Result<Vec<u8>, Problem> {
-    let mut paper = Paper::new(&memory::unlimited());
-    let shape = Shape { precision: Precision::Digits(DIGITS), ..Shape::default() };
+    let mut buffer = Buffer::new(&memory::unlimited());
+    let format = Format { precision: Precision::Digits(DIGITS), ..Format::default() };
     let answer = operations::named(name).ok_or_else(Problem::internal)?;
-    (answer.answer)(body, shape, &mut paper).map(|()| paper.finish().concat())
+    (answer.answer)(body, format, &mut buffer).map(|()| buffer.finish().concat())
 }
 
 /// The problem of an example that has been cut short.
