@@ -73,7 +73,7 @@ struct Batch {
 pub async fn post(State(service): State<Arc<Service>>, request: Request) -> Response {
     let checked = check_media_type(request.headers()).and_then(|()| {
         negotiate::wanted(request.headers(), &[NDJSON, "application/jsonl"])?;
-        negotiate::shape(request.uri().query())
+        negotiate::format(request.uri().query())
     });
     let format = match checked {
         Ok(format) => format,
@@ -201,8 +201,8 @@ async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
         match frame {
             Ok(None) => break None,
             Ok(Some(Ok(frame))) => cutter.push(&frame.into_data().unwrap_or_default()),
-            Ok(Some(Err(_))) => break Some(super::call::incomplete()),
-            Err(_) => break Some(super::call::body_too_slow(service)),
+            Ok(Some(Err(_))) => break Some(super::receive::incomplete()),
+            Err(_) => break Some(super::receive::too_slow(service)),
         }
         // What has arrived is answered without waiting for more.
         while let Some(part) = cutter.part().or_else(|| cutter.rest(false)) {
@@ -211,7 +211,7 @@ async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
             }
         }
         if cutter.pending() > service.max_body {
-            break Some(super::call::too_large(service));
+            break Some(super::receive::too_large(service));
         }
     };
     match broken {

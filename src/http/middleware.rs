@@ -10,14 +10,14 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 
 use axum::Router;
-use axum::extract::{FromRequest, Request};
+use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::FutureExt;
 use tower::{Layer, ServiceExt, service_fn};
 use tower_http::cors::{AllowOrigin, CorsLayer};
 
-use super::call::{Call, Handlers};
+use super::handlers::Handlers;
 use crate::api::problem::{Problem, Status};
 use crate::http::batch;
 use crate::http::observe::{self as observe, Observer};
@@ -106,10 +106,7 @@ impl Inside {
         let Some(handler) = handler else {
             return Box::pin(self.router.clone().oneshot(request)).await.unwrap_or_else(|never| match never {});
         };
-        match Call::from_request(request, &self.service).await {
-            Ok(call) => handler(call).await,
-            Err(problem) => problem.into_response(),
-        }
+        handler(self.service.clone(), request).await
     }
 
     /// Operations and metrics ask for a key where keys are set; probes and documentation do not.

@@ -6,6 +6,7 @@ pub mod budget;
 pub mod call;
 pub mod coding;
 pub mod compressor;
+pub mod handlers;
 pub mod health;
 pub mod keys;
 pub mod metrics;
@@ -17,6 +18,7 @@ pub mod pool;
 pub mod problem;
 pub mod queue;
 pub mod rates;
+pub mod receive;
 pub mod service;
 pub mod traces;
 
@@ -61,7 +63,7 @@ pub fn service(service: &Arc<Service>, cors_origins: &[HeaderValue]) -> Middlewa
     let router = router
         .with_state(service.clone())
         .route(JSON_ONLY, get(json_only_text))
-        .merge(call::Handlers::all().routes(service))
+        .merge(handlers::Handlers::all().routes(service))
         .merge(SwaggerUi::new("/docs").url(SPECIFICATION, openapi()))
         .route("/docs/swagger-initializer.js", get(page::initializer))
         .fallback(not_found)

@@ -111,7 +111,7 @@ pub(super) fn weighed(text: &str) -> (String, f64) {
 ///
 /// # Errors
 /// Status 400: a parameter that is unknown, given twice or has another value.
-pub fn shape(query: Option<&str>) -> Result<Format, Problem> {
+pub fn format(query: Option<&str>) -> Result<Format, Problem> {
     let mut format = Format::default();
     let mut seen = Vec::new();
     for part in query.unwrap_or("").split('&').filter(|part| !part.is_empty()) {
@@ -189,14 +189,14 @@ mod tests {
 
     #[test]
     fn parameters_are_known_and_single() {
-        assert_eq!(shape(None).unwrap(), Format::default());
+        assert_eq!(format(None).unwrap(), Format::default());
         assert_eq!(
-            shape(Some("precision=6&layout=flat")).unwrap(),
+            format(Some("precision=6&layout=flat")).unwrap(),
             Format { precision: Precision::Digits(6), layout: Layout::Flat, raw: false }
         );
-        assert_eq!(shape(Some("precision=single")).unwrap().precision, Precision::Single);
+        assert_eq!(format(Some("precision=single")).unwrap().precision, Precision::Single);
         for query in ["precision=0", "precision=18", "precision=", "layout=round", "digits=3", "layout=flat&layout=flat"] {
-            assert!(shape(Some(query)).is_err(), "{query}");
+            assert!(format(Some(query)).is_err(), "{query}");
         }
     }
 }

@@ -88,7 +88,7 @@ pub struct Batch {
 }
 
 impl Numbers {
-    fn shape(&self) -> Format {
+    fn format(&self) -> Format {
         Format { precision: self.precision, layout: self.layout, raw: false }
     }
 }
@@ -172,7 +172,7 @@ impl Named {
             let sheets = offline::operation(self.0.answer, Format::default(), input)?;
             return Ok(printed(sheets)?);
         }
-        let sheets = offline::operation(self.0.answer, parsed::<Numbers>(matches).shape(), input)?;
+        let sheets = offline::operation(self.0.answer, parsed::<Numbers>(matches).format(), input)?;
         let spacing = parsed::<Spacing>(matches);
         let newline = b"\n".as_slice();
         if spacing.pretty || (stdout().is_terminal() && !spacing.compact) {
@@ -242,7 +242,7 @@ fn answer_batch(options: &Batch) -> Result<Tally, End> {
     let bar = bar(options.source.size());
     let counted = bar.clone();
     let output = BufWriter::with_capacity(1 << 20, stdout().lock());
-    let tally = offline::batch(input, output, options.numbers.shape(), move |bytes| counted.inc(bytes as u64))?;
+    let tally = offline::batch(input, output, options.numbers.format(), move |bytes| counted.inc(bytes as u64))?;
     bar.finish_and_clear();
     Ok(tally)
 }
