@@ -34,7 +34,7 @@ pub fn show(api: &mut OpenApi) {
         let refused = examples.first().and_then(|example| refused(name, example.body));
         let content = super::answer(operation, "422").and_then(|answer| super::content(answer, "application/problem+json"));
         if let Some((content, problem)) = content.zip(refused) {
-            add(content, "refused", "A request that is JSON of the right format, and yet cannot be answered", problem);
+            add(content, "refused", "A request that is JSON of the right shape, and yet cannot be answered", problem);
         }
     }
 }
