@@ -74,8 +74,8 @@ fn calls() -> Vec<Call> {
 fn the_answers_shown_are_the_answers_given() {
     let calls = calls();
     let server = Server::start();
-    for operation in springline::http::OPERATIONS.iter().map(|(path, _)| path) {
-        assert!(calls.iter().any(|call| call.path() == *operation), "no call of {operation}");
+    for operation in springline::api::operations::TABLE.iter().map(|entry| entry.path) {
+        assert!(calls.iter().any(|call| call.path() == operation), "no call of {operation}");
     }
     for call in &calls {
         let answer = server.post(call.path(), call.body());
