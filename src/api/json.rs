@@ -3,7 +3,6 @@
 use std::io;
 
 use crate::api::problem::Status;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
 
@@ -13,7 +12,7 @@ use crate::api::output::Format;
 use crate::api::problem::{FoundFault, Problem};
 use crate::api::reader;
 use crate::api::wire::tolerant::{self as tolerant, Misfit};
-use crate::api::writer;
+use crate::api::writer::{self, Written};
 use crate::core::error::{Error, Fault};
 use crate::core::work::checkpoint;
 
@@ -191,7 +190,7 @@ fn depth(body: &[u8]) -> usize {
 /// # Errors
 /// [`Fault::Overflow`] where a number is infinite or not a number: JSON has neither, and `null` is no number. What
 /// [`not_written`] says where the buffer ends.
-pub fn write<T: Serialize>(answer: &T, format: Format, buffer: &mut Buffer) -> Result<(), Problem> {
+pub fn write(answer: &impl Written, format: Format, buffer: &mut Buffer) -> Result<(), Problem> {
     writer::write(answer, format, buffer).map_err(|error| not_written(error.0))
 }
 
@@ -199,7 +198,7 @@ pub fn write<T: Serialize>(answer: &T, format: Format, buffer: &mut Buffer) -> R
 ///
 /// # Errors
 /// [`Fault::Overflow`], as [`write()`].
-pub fn to_bytes<T: Serialize>(answer: &T) -> Result<Vec<u8>, Problem> {
+pub fn to_bytes(answer: &impl Written) -> Result<Vec<u8>, Problem> {
     let mut buffer = Buffer::new(&memory::unlimited());
     write(answer, Format::default(), &mut buffer).map(|()| buffer.finish().concat())
 }
@@ -219,7 +218,7 @@ mod tests {
 
     fn written(numbers: &[f64]) -> Result<Vec<u8>, Problem> {
         let mut buffer = Buffer::new(&memory::limited(0));
-        write(&numbers, Format::default(), &mut buffer).map(|()| buffer.finish().concat())
+        write(&numbers.to_vec(), Format::default(), &mut buffer).map(|()| buffer.finish().concat())
     }
 
     #[test]

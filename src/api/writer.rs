@@ -1,8 +1,8 @@
-//! Answers to text: a serialiser that hands lists of numbers to [`numbers`](crate::api::number_text) and writes the rest itself.
+//! Answers to text: lists of numbers by [`number_text`](crate::api::number_text), the rest here.
 
 use std::io::{self, Write};
 
-use serde::ser::{self, Impossible, Serialize, SerializeSeq, SerializeStruct, SerializeTuple};
+use serde::Serialize;
 
 use crate::api::chunks::Buffer;
 use crate::api::number_text::{NumberText, Numbers};
@@ -20,12 +20,6 @@ impl std::fmt::Display for Unwritten {
 }
 
 impl std::error::Error for Unwritten {}
-
-impl ser::Error for Unwritten {
-    fn custom<T: std::fmt::Display>(message: T) -> Self {
-        Unwritten(io::Error::other(message.to_string()))
-    }
-}
 
 impl From<io::Error> for Unwritten {
     fn from(error: io::Error) -> Self {
@@ -48,21 +42,19 @@ pub(super) fn not_finite() -> Unwritten {
 ///
 /// # Errors
 /// A number that is not finite; the buffer ends.
-pub fn write<T: Serialize>(answer: &T, format: Format, buffer: &mut Buffer) -> Result<(), Unwritten> {
+pub fn write(answer: &impl Written, format: Format, buffer: &mut Buffer) -> Result<(), Unwritten> {
     let raw = format.raw.then(|| Raw { header: Vec::new(), data: buffer.sibling(), count: 0 });
-    let mut writer = Writer { format, raw, buffer, number_text: NumberText::default(), columns: 0 };
-    answer.serialize(&mut writer)?;
+    let mut writer = Writer { format, raw, buffer, number_text: NumberText::default() };
+    answer.write_to(&mut writer)?;
     writer.finish()
 }
 
-/// Everything goes to the buffer, but in the raw format.
-struct Writer<'a> {
+/// Where an answer goes: everything to the buffer, but in the raw format.
+pub struct Writer<'a> {
     format: Format,
     raw: Option<Raw>,
     buffer: &'a mut Buffer,
     number_text: NumberText,
-    /// Of the numbers that come next.
-    columns: usize,
 }
 
 /// The header of the raw format, which grows beside its numbers, and how many these are.
@@ -72,7 +64,7 @@ struct Raw {
     count: usize,
 }
 
-impl Writer<'_> {
+impl<'a> Writer<'a> {
     fn text(&mut self, text: &[u8]) -> Result<(), Unwritten> {
         match &mut self.raw {
             None => self.buffer.write_all(text)?,
@@ -81,7 +73,24 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn json(&mut self, value: &impl Serialize) -> Result<(), Unwritten> {
+    /// The beginning of an object.
+    pub fn object(&mut self) -> Result<Object<'_, 'a>, Unwritten> {
+        self.text(b"{")?;
+        Ok(Object { writer: self, first: true })
+    }
+
+    /// A list of anything but numbers and points, or a single row of numbers.
+    pub fn list<'v, T: Written + 'v>(&mut self, items: impl IntoIterator<Item = &'v T>) -> Result<(), Unwritten> {
+        self.text(b"[")?;
+        for (i, item) in items.into_iter().enumerate() {
+            self.text(if i == 0 { b"" } else { b"," })?;
+            item.write_to(self)?;
+        }
+        self.text(b"]")
+    }
+
+    /// A value that is neither number nor list nor object.
+    pub fn json(&mut self, value: &impl Serialize) -> Result<(), Unwritten> {
         let written = match &mut self.raw {
             None => serde_json::to_writer(&mut *self.buffer, value),
             Some(raw) => serde_json::to_writer(&mut raw.header, value),
@@ -107,7 +116,7 @@ impl Writer<'_> {
     }
 
     /// A list of numbers or of points.
-    fn numbers(&mut self, numbers: Numbers) -> Result<(), Unwritten> {
+    pub fn numbers(&mut self, numbers: Numbers) -> Result<(), Unwritten> {
         let precision = self.format.precision;
         if numbers.values.is_empty() {
             return self.text(b"[]");
@@ -133,201 +142,107 @@ impl Writer<'_> {
     }
 }
 
-/// A list of anything but numbers and points, or a single row of numbers.
-struct List<'a, 'b> {
+/// A value that an answer may hold.
+pub trait Written {
+    /// Writes it.
+    ///
+    /// # Errors
+    /// A number that is not finite; the buffer ends.
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten>;
+
+    /// A list of such values as numbers, if they are: how many columns (0 for plain numbers), and row after row.
+    fn numbers(_list: &[Self]) -> Option<Numbers<'_>>
+    where
+        Self: Sized,
+    {
+        None
+    }
+}
+
+/// An object being written: its fields, one after the other.
+pub struct Object<'a, 'b> {
     writer: &'a mut Writer<'b>,
     first: bool,
 }
 
-impl SerializeTuple for List<'_, '_> {
-    type Ok = ();
-    type Error = Unwritten;
-
-    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
-        self.writer.text(if std::mem::take(&mut self.first) { b"" } else { b"," })?;
-        value.serialize(&mut *self.writer)
-    }
-
-    fn end(self) -> Result<(), Unwritten> {
-        self.writer.text(b"]")
-    }
-}
-
-impl SerializeSeq for List<'_, '_> {
-    type Ok = ();
-    type Error = Unwritten;
-
-    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), Unwritten> {
-        SerializeTuple::serialize_element(self, value)
-    }
-
-    fn end(self) -> Result<(), Unwritten> {
-        SerializeTuple::end(self)
-    }
-}
-
-/// What no answer holds.
-fn other<T>() -> Result<T, Unwritten> {
-    Err(ser::Error::custom("no part of an answer"))
-}
-
-macro_rules! refuse {
-    ($($name:ident($($type:ty),*) -> $ok:ty;)*) => {
-        $(fn $name(self $(, _: $type)*) -> Result<$ok, Unwritten> { other() })*
-    };
-}
-
-/// An object.
-struct Object<'a, 'b> {
-    writer: &'a mut Writer<'b>,
-    first: bool,
-}
-
-impl SerializeStruct for Object<'_, '_> {
-    type Ok = ();
-    type Error = Unwritten;
-
-    fn serialize_field<T: ?Sized + Serialize>(&mut self, key: &'static str, value: &T) -> Result<(), Unwritten> {
-        self.writer.text(if std::mem::take(&mut self.first) { b"" } else { b"," })?;
-        // Names of fields need no escapes.
-        self.writer.text(b"\"")?;
-        self.writer.text(key.as_bytes())?;
+impl Object<'_, '_> {
+    /// A field; the name needs no escapes.
+    pub fn field(&mut self, name: &str, value: &impl Written) -> Result<(), Unwritten> {
+        self.writer.text(if std::mem::take(&mut self.first) { b"\"" } else { b",\"" })?;
+        self.writer.text(name.as_bytes())?;
         self.writer.text(b"\":")?;
-        value.serialize(&mut *self.writer)
+        value.write_to(self.writer)
     }
 
-    fn end(self) -> Result<(), Unwritten> {
+    /// A field that may not be there.
+    pub fn optional(&mut self, name: &str, value: &Option<impl Written>) -> Result<(), Unwritten> {
+        value.as_ref().map_or(Ok(()), |value| self.field(name, value))
+    }
+
+    /// The end of the object.
+    pub fn end(self) -> Result<(), Unwritten> {
         self.writer.text(b"}")
     }
 }
 
-impl<'a, 'b> ser::Serializer for &'a mut Writer<'b> {
-    type Ok = ();
-    type Error = Unwritten;
-    type SerializeSeq = List<'a, 'b>;
-    type SerializeTuple = List<'a, 'b>;
-    type SerializeStruct = Object<'a, 'b>;
+impl<T: Written> Written for Vec<T> {
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten> {
+        match T::numbers(self) {
+            Some(numbers) => writer.numbers(numbers),
+            None => writer.list(self),
+        }
+    }
+}
 
-    type SerializeTupleStruct = Impossible<(), Unwritten>;
-    type SerializeTupleVariant = Impossible<(), Unwritten>;
-    type SerializeMap = Impossible<(), Unwritten>;
-    type SerializeStructVariant = Impossible<(), Unwritten>;
-
-    refuse! {
-        serialize_i8(i8) -> ();
-        serialize_i16(i16) -> ();
-        serialize_u8(u8) -> ();
-        serialize_u16(u16) -> ();
-        serialize_f32(f32) -> ();
-        serialize_char(char) -> ();
-        serialize_none() -> ();
-        serialize_unit() -> ();
-        serialize_unit_struct(&'static str) -> ();
-        serialize_tuple_struct(&'static str, usize) -> Self::SerializeTupleStruct;
-        serialize_tuple_variant(&'static str, u32, &'static str, usize) -> Self::SerializeTupleVariant;
-        serialize_map(Option<usize>) -> Self::SerializeMap;
-        serialize_struct_variant(&'static str, u32, &'static str, usize) -> Self::SerializeStructVariant;
+impl Written for f64 {
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten> {
+        writer.number(*self)
     }
 
-    /// So that lists of numbers come as [`write_numbers`](crate::api::wire::write_numbers) has them.
-    fn is_human_readable(&self) -> bool {
-        false
+    fn numbers(list: &[f64]) -> Option<Numbers<'_>> {
+        Some(Numbers { columns: 0, values: list })
     }
+}
 
-    /// Only [`write_numbers`](crate::api::wire::write_numbers) has variants with values.
-    fn serialize_newtype_variant<T: ?Sized + Serialize>(
-        self,
-        _: &'static str,
-        columns: u32,
-        _: &'static str,
-        rows: &T,
-    ) -> Result<(), Unwritten> {
-        self.columns = columns as usize;
-        rows.serialize(self)
+impl Written for i32 {
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten> {
+        writer.json(self)
     }
+}
 
-    fn serialize_bytes(self, rows: &[u8]) -> Result<(), Unwritten> {
-        let values = bytemuck::try_cast_slice(rows).or_else(|_| other())?;
-        self.numbers(Numbers { columns: self.columns, values })
+impl Written for bool {
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten> {
+        writer.json(self)
     }
+}
 
-    fn serialize_bool(self, value: bool) -> Result<(), Unwritten> {
-        self.json(&value)
-    }
-
-    fn serialize_i32(self, value: i32) -> Result<(), Unwritten> {
-        self.json(&value)
-    }
-
-    fn serialize_i64(self, value: i64) -> Result<(), Unwritten> {
-        self.json(&value)
-    }
-
-    fn serialize_u32(self, value: u32) -> Result<(), Unwritten> {
-        self.json(&value)
-    }
-
-    fn serialize_u64(self, value: u64) -> Result<(), Unwritten> {
-        self.json(&value)
-    }
-
-    fn serialize_f64(self, value: f64) -> Result<(), Unwritten> {
-        self.number(value)
-    }
-
-    fn serialize_str(self, value: &str) -> Result<(), Unwritten> {
-        self.json(&value)
-    }
-
-    fn serialize_unit_variant(self, _: &'static str, _: u32, variant: &'static str) -> Result<(), Unwritten> {
-        self.json(&variant)
-    }
-
-    fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<(), Unwritten> {
-        value.serialize(self)
-    }
-
-    fn serialize_newtype_struct<T: ?Sized + Serialize>(self, _: &'static str, value: &T) -> Result<(), Unwritten> {
-        value.serialize(self)
-    }
-
-    fn serialize_seq(self, _: Option<usize>) -> Result<List<'a, 'b>, Unwritten> {
-        self.text(b"[")?;
-        Ok(List { writer: self, first: true })
-    }
-
-    fn serialize_tuple(self, length: usize) -> Result<List<'a, 'b>, Unwritten> {
-        self.serialize_seq(Some(length))
-    }
-
-    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Object<'a, 'b>, Unwritten> {
-        self.text(b"{")?;
-        Ok(Object { writer: self, first: true })
+impl Written for String {
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten> {
+        writer.json(self)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::Value;
+
     use super::*;
     use crate::api::memory;
-    use crate::api::operations::{basis, continuity, convert, evaluate, fit, interpolate, subdivide, surface_evaluate, surface_tessellate};
+    use crate::api::operations::TABLE;
 
-    fn written<T: Serialize>(answer: &T) -> String {
-        let mut buffer = Buffer::new(&memory::limited(1 << 30));
-        write(answer, Format::default(), &mut buffer).unwrap();
-        String::from_utf8(buffer.finish().concat()).unwrap()
-    }
-
+    /// The text of an answer, read by another program and written by it in the order it came in.
     #[test]
-    fn answers_are_what_serde_json_writes() {
-        macro_rules! compare {
-            ($($module:ident)*) => {$(
-                for example in $module::EXAMPLES {
-                    let answer = $module::operation(serde_json::from_str(example.body).unwrap()).unwrap();
-                    assert_eq!(written(&answer), serde_json::to_string(&answer).unwrap(), "{}", example.name);
-                }
-            )*};
+    fn answers_are_json_as_others_write_it() {
+        for (entry, example) in TABLE.iter().flat_map(|entry| entry.examples.iter().map(move |example| (entry, example))) {
+            let mut buffer = Buffer::new(&memory::limited(1 << 30));
+            (entry.answer_json)(example.body.as_bytes(), Format::default(), &mut buffer).unwrap();
+            let text = String::from_utf8(buffer.finish().concat()).unwrap();
+            let value: Value = serde_json::from_str(&text).unwrap();
+            let mut lengths = [text.len(), value.to_string().len()];
+            lengths.sort_unstable();
+            assert_eq!(lengths[0], lengths[1], "{}: the same values take as many characters", example.name);
+            let again: Value = serde_json::from_str(&value.to_string()).unwrap();
+            assert_eq!(value, again, "{}", example.name);
         }
-        compare!(basis continuity convert evaluate fit interpolate subdivide surface_evaluate surface_tessellate);
     }
 }

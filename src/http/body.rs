@@ -5,10 +5,25 @@ use std::pin::Pin;
 use std::task::{Context, Poll};
 
 use axum::body::Body;
+use axum::http::{HeaderValue, header};
+use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use http_body::{Frame, SizeHint};
 
 use crate::api::chunks::Chunks;
+use crate::api::json;
+use crate::api::writer::Written;
+
+/// An answer of JSON.
+#[derive(Debug)]
+pub struct Json<T>(pub T);
+
+impl<T: Written> IntoResponse for Json<T> {
+    fn into_response(self) -> Response {
+        let kind = HeaderValue::from_static("application/json");
+        json::to_bytes(&self.0).map(|text| ([(header::CONTENT_TYPE, kind)], text)).into_response()
+    }
+}
 
 impl From<Chunks> for Body {
     fn from(mut chunks: Chunks) -> Self {

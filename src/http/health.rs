@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, Uri, header};
 use axum::response::{IntoResponse, Response};
 
+use super::body::Json;
 use super::service::Service;
 use crate::api::problem::{Problem, Status};
 use crate::http::metrics::MEDIA_TYPE;
 
-crate::object! {
+crate::answer! {
     /// The state of the service.
     pub struct Health {
         /// `ok`.
@@ -30,7 +30,7 @@ crate::names! {
 /// Whether the process answers
 #[utoipa::path(get, path = "/livez", operation_id = "livez", tag = "Service", responses((status = 200, description = "It does.", body = Health)))]
 pub async fn live() -> Json<Health> {
-    Json(Health { status: Some(HealthStatus::Ok) })
+    Json(Health { status: HealthStatus::Ok })
 }
 
 /// Whether the service takes requests
@@ -45,7 +45,7 @@ pub async fn ready(State(service): State<Arc<Service>>) -> Result<Json<Health>, 
         let detail = "the service is about to stop; ask another instance";
         return Err(Problem::new(Status::SERVICE_UNAVAILABLE, "stopping", "The service is stopping", detail));
     }
-    Ok(Json(Health { status: Some(HealthStatus::Ok) }))
+    Ok(Json(Health { status: HealthStatus::Ok }))
 }
 
 /// What the service has counted

@@ -2,16 +2,16 @@
 
 use std::sync::LazyLock;
 
-use axum::Json;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 
 use crate::api::operations::render;
 use crate::api::problem::Problem;
 use crate::draw::escape;
+use crate::http::body::Json;
 use crate::http::negotiate;
 
-crate::object! {
+crate::answer! {
     /// What this service is, and where it says more.
     pub struct Index {
         /// `springline`.
@@ -88,7 +88,7 @@ pub async fn index(headers: HeaderMap) -> Response {
         return shown(html(FIRST.clone()));
     }
     let [name, version, documentation, specification] =
-        ["springline", env!("CARGO_PKG_VERSION"), "/docs", "/openapi.json"].map(|text| Some(text.to_owned()));
+        ["springline", env!("CARGO_PKG_VERSION"), "/docs", "/openapi.json"].map(str::to_owned);
     shown(Json(Index { name, version, documentation, specification }).into_response())
 }
 

@@ -49,7 +49,7 @@ crate::names! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// A row of Chen 2013 Table 1.
     pub struct Property {
         /// The property.
@@ -60,7 +60,7 @@ crate::object! {
         required holds: bool,
     }
 }
-crate::nested!(Property);
+crate::nested!(answer Property);
 
 crate::names! {
     /// A requirement of Chen 2013.
@@ -84,7 +84,7 @@ crate::names! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// The basis functions, and what they promise.
     pub struct BasisAnswer {
         /// The degree d of the functions.
@@ -166,13 +166,13 @@ pub fn operation(request: BasisRequest) -> Result<BasisAnswer, Error> {
     let (basis, order, count) = parts(request.basis, request.order, request.count)?;
     let sampled = core::basis_functions(&basis, order, count)?;
     Ok(BasisAnswer {
-        degree: Some(Whole(sampled.degree)),
-        domain: Some(vec![sampled.domain.0, sampled.domain.1]),
-        parameters: Some(sampled.parameters),
-        functions: Some(sampled.values),
-        shape_matrix: Some(sampled.matrix.rows().map(<[f64]>::to_vec).collect()),
+        degree: Whole(sampled.degree),
+        domain: vec![sampled.domain.0, sampled.domain.1],
+        parameters: sampled.parameters,
+        functions: sampled.values,
+        shape_matrix: sampled.matrix.rows().map(<[f64]>::to_vec).collect(),
         condition: sampled.condition.is_finite().then_some(sampled.condition),
-        properties: Some(table(sampled.properties)),
+        properties: table(sampled.properties),
     })
 }
 
@@ -200,5 +200,5 @@ fn table(p: Properties) -> Vec<Property> {
         (N::InterpolatesEndPoints, R::UnitEndRows, p.interpolates_end_points),
         (N::TangentToEndEdges, R::EndEdges, p.tangent_to_end_edges),
     ];
-    rows.map(|(name, requires, holds)| Property { name: Some(name), requires: Some(requires), holds: Some(holds) }).into()
+    rows.map(|(name, requires, holds)| Property { name: name, requires: requires, holds: holds }).into()
 }

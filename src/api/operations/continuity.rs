@@ -30,7 +30,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// How smoothly the segments join.
     pub struct ContinuityAnswer {
         /// First and last parameter; curves laid end to end start at 0.
@@ -167,5 +167,5 @@ fn report<const D: usize>(
 ) -> Result<ContinuityAnswer, Error> {
     let (a, b) = composite.breaks().domain();
     let report = core::continuity(composite, closed, tolerance)?;
-    Ok(ContinuityAnswer { domain: Some(vec![a, b]), continuity: Some(Continuity::of_core(&report, style)) })
+    Ok(ContinuityAnswer { domain: vec![a, b], continuity: Continuity::of_core(&report, style) })
 }

@@ -38,7 +38,7 @@ crate::object! {
 }
 crate::nested!(Construction);
 
-crate::object! {
+crate::answer! {
     /// The curve in the other basis.
     pub struct ConvertAnswer {
         /// The same curve. A single segment stays one, over the domain of the new basis; anything else becomes piecewise over its own domain.
@@ -134,8 +134,8 @@ where
     };
     let constructions: Vec<_> = converted.construction.iter().map(construction).collect();
     Ok(ConvertAnswer {
-        curve: Some(Curve::of_core(converted.curve)),
-        condition: Some(converted.condition),
+        curve: Curve::of_core(converted.curve),
+        condition: converted.condition,
         construction: (!constructions.is_empty()).then_some(constructions),
     })
 }

@@ -61,7 +61,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// A sample at which a quantity asked for does not exist; its entry there is 0 (or the zero vector).
     pub struct Degenerate {
         /// The position in `parameters`, from 0.
@@ -73,7 +73,7 @@ crate::object! {
         required reason: DegenerateReason,
     }
 }
-crate::nested!(Degenerate);
+crate::nested!(answer Degenerate);
 
 crate::names! {
     /// Why a quantity does not exist.
@@ -85,7 +85,7 @@ crate::names! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// Samples of a curve; every list has one entry per parameter.
     pub struct EvaluateAnswer {
         /// First and last parameter of the curve.
@@ -220,9 +220,9 @@ where
     let has = |quantity| asked.contains(&quantity);
     let degenerate = frames.degenerate.iter().map(|d| Degenerate::of(*d, &samples.parameters)).collect();
     Ok(EvaluateAnswer {
-        domain: Some(vec![samples.domain.0, samples.domain.1]),
-        parameters: Some(samples.parameters),
-        points: Some(samples.points.into()),
+        domain: vec![samples.domain.0, samples.domain.1],
+        parameters: samples.parameters,
+        points: samples.points.into(),
         derivatives: (orders > 0).then(|| samples.derivatives.into_iter().map(Points::from).collect()),
         tangent: has(Quantity::Tangent).then(|| frames.tangents.into()),
         normal: has(Quantity::Normal).then(|| frames.normals.into()),
@@ -269,6 +269,6 @@ impl Degenerate {
     fn of(degenerate: core::Degenerate, parameters: &[f64]) -> Self {
         let reason = if degenerate.zero_speed { DegenerateReason::ZeroSpeed } else { DegenerateReason::ZeroCurvature };
         let core::Degenerate { index, .. } = degenerate;
-        Degenerate { index: Some(Whole(index)), parameter: Some(parameters[index]), reason: Some(reason) }
+        Degenerate { index: Whole(index), parameter: parameters[index], reason: reason }
     }
 }

@@ -97,7 +97,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// Unweighted distances between each data point and the curve at the point's parameter, measured on the curve returned.
     pub struct FitDeviation {
         /// The largest.
@@ -108,9 +108,9 @@ crate::object! {
         required worst_index: Whole,
     }
 }
-crate::nested!(FitDeviation);
+crate::nested!(answer FitDeviation);
 
-crate::object! {
+crate::answer! {
     /// The fitted curve.
     pub struct FitAnswer {
         /// The curve.
@@ -254,20 +254,20 @@ where
     let options = options(request, same_dimension)?;
     let fit = core::fit(points, options)?;
     Ok(FitAnswer {
-        curve: Some(Curve::of_core(fit.curve)),
-        error: Some(FitDeviation { max: Some(fit.error.max), rms: Some(fit.error.rms), worst_index: Some(Whole(fit.error.worst_index)) }),
-        between: Some(fit.between),
-        parameters: Some(fit.parameters),
-        iterations: Some(Whole(fit.iterations)),
-        converged: Some(fit.converged),
-        at_bound: Some(fit.at_bound),
-        ordered: Some(fit.ordered),
+        curve: Curve::of_core(fit.curve),
+        error: FitDeviation { max: fit.error.max, rms: fit.error.rms, worst_index: Whole(fit.error.worst_index) },
+        between: fit.between,
+        parameters: fit.parameters,
+        iterations: Whole(fit.iterations),
+        converged: fit.converged,
+        at_bound: fit.at_bound,
+        ordered: fit.ordered,
         gradient: fit.gradient,
         gradient_tolerance: fit.gradient_tolerance,
         locally_minimal: fit.locally_minimal,
-        parameterization: Some(used),
-        ends: Some(ends),
-        parameter_correction: Some(parameter_correction),
+        parameterization: used,
+        ends: ends,
+        parameter_correction: parameter_correction,
         tolerance,
     })
 }

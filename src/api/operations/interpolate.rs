@@ -34,7 +34,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// The interpolant.
     pub struct InterpolateAnswer {
         /// The C2 piecewise cubic through every point, with one segment between neighbours. It is the same curve whatever the shape
@@ -137,10 +137,10 @@ where
     let (shape, bases, rule) = parts(request)?;
     let result = core::interpolate(points, shape, bases, &rule)?;
     Ok(InterpolateAnswer {
-        continuity: Some(Continuity::of_core(&result.continuity, report.unwrap_or(ReportStyle::Summary))),
-        curve: Some(Curve::of_core(curve::Curve::Piecewise(result.curve))),
-        condition: Some(result.condition),
-        parameterization: Some(parameterization),
+        continuity: Continuity::of_core(&result.continuity, report.unwrap_or(ReportStyle::Summary)),
+        curve: Curve::of_core(curve::Curve::Piecewise(result.curve)),
+        condition: result.condition,
+        parameterization: parameterization,
         start,
         end,
     })
@@ -172,7 +172,7 @@ mod tests {
     fn joints_are_listed_on_demand_and_measured_always() {
         let ask = |report: &str| {
             let body = format!(r#"{{"points":[[0,0],[1,2],[3,1],[4,5]]{report}}}"#);
-            operation(serde_json::from_str(&body).unwrap()).unwrap().continuity.unwrap()
+            operation(serde_json::from_str(&body).unwrap()).unwrap().continuity
         };
         let (default, full) = (ask(""), ask(r#","report":"full""#));
         assert_eq!((default.joints.is_none(), full.joints.map(|joints| joints.len())), (true, Some(2)));

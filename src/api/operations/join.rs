@@ -53,7 +53,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// The curves, joined.
     pub struct JoinAnswer {
         /// The piecewise curve; its knots are the sums of the lengths of the curves' domains.
@@ -148,10 +148,10 @@ where
     let singles = singles.collect::<Result<Vec<_>, _>>().at("curves")?;
     let joined = core::join(singles, smoothness.into(), movable.into())?;
     Ok(JoinAnswer {
-        curve: Some(Curve::of_core(curve::Curve::Piecewise(joined.curve))),
-        moved: Some(joined.moved),
-        continuity: Some(Continuity::of_core(&joined.continuity, style)),
-        movable: Some(movable),
+        curve: Curve::of_core(curve::Curve::Piecewise(joined.curve)),
+        moved: joined.moved,
+        continuity: Continuity::of_core(&joined.continuity, style),
+        movable: movable,
     })
 }
 

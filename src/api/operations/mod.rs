@@ -2,7 +2,6 @@
 
 use std::io::Write;
 
-use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::api::chunks::{Buffer, CHUNK};
@@ -10,6 +9,7 @@ use crate::api::cost::Costed;
 use crate::api::json::{self, Request};
 use crate::api::output::Format;
 use crate::api::problem::Problem;
+use crate::api::writer::Written;
 use crate::core::error::Error;
 
 /// A request body that the specification shows and a test runs.
@@ -41,7 +41,7 @@ pub enum OutputKind {
 /// One operation: everything that the floors above, the specification and the command line need to know of it.
 pub trait Operation: 'static {
     /// What it takes.
-    type Request: Request + Costed + Serialize + ToSchema + Send + 'static;
+    type Request: Request + Costed + Written + ToSchema + Send + 'static;
     /// What it answers.
     type Answer: Output + ToSchema;
     /// Where it is posted to: `/v1/` and its name in batches and on the command line.
@@ -72,7 +72,7 @@ pub trait Operation: 'static {
 }
 
 /// What answers are.
-pub trait Output: Serialize + Sized + 'static {
+pub trait Output: Written + Sized + 'static {
     /// As which kind.
     const KIND: OutputKind = OutputKind::Object;
 

@@ -42,7 +42,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// The curve with its new shape parameters.
     pub struct ReshapeAnswer {
         /// The curve.
@@ -136,10 +136,10 @@ where
     };
     let reshaped = core::reshape(curve, bases, wanted)?;
     Ok(ReshapeAnswer {
-        curve: Some(Curve::of_core(reshaped.curve)),
-        continuity: Some(Continuity::of_core(&reshaped.continuity, style)),
-        curve_moved: Some(reshaped.curve_moved),
-        points_moved: Some(reshaped.points_moved),
-        keep: Some(keep),
+        curve: Curve::of_core(reshaped.curve),
+        continuity: Continuity::of_core(&reshaped.continuity, style),
+        curve_moved: reshaped.curve_moved,
+        points_moved: reshaped.points_moved,
+        keep: keep,
     })
 }

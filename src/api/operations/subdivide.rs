@@ -53,7 +53,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// The pieces.
     pub struct SubdivideAnswer {
         /// A piecewise curve over the same domain, equal to the input at every parameter.
@@ -156,11 +156,11 @@ where
 {
     let pieces = core::subdivide(curve, at, form.into())?;
     Ok(SubdivideAnswer {
-        curve: Some(Curve::of_core(curve::Curve::Piecewise(pieces.curve))),
-        split_parameters: Some(pieces.split_parameters),
-        split_points: Some(pieces.split_points.into()),
-        form: Some(if pieces.in_family { Form::Family } else { Form::Bezier }),
-        condition: Some(pieces.condition),
+        curve: Curve::of_core(curve::Curve::Piecewise(pieces.curve)),
+        split_parameters: pieces.split_parameters,
+        split_points: pieces.split_points.into(),
+        form: if pieces.in_family { Form::Family } else { Form::Bezier },
+        condition: pieces.condition,
         tolerance,
     })
 }

@@ -52,7 +52,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// Samples of a surface; every list but `degenerate` has one entry per pair of parameters. Derivatives are in the unit of the
     /// coordinates / unit of the parameters.
     pub struct SurfaceEvaluateAnswer {
@@ -157,9 +157,9 @@ pub fn operation(request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswe
     let has = |quantity| asked.contains(&quantity);
     let mut derivatives = samples.derivatives.into_iter().map(Points::from);
     Ok(SurfaceEvaluateAnswer {
-        domain: Some(surface.domain().into()),
-        parameters: Some(samples.parameters.into_iter().map(Tuple).collect()),
-        points: Some(samples.points.into()),
+        domain: surface.domain().into(),
+        parameters: samples.parameters.into_iter().map(Tuple).collect(),
+        points: samples.points.into(),
         du: derivatives.next(),
         dv: derivatives.next(),
         duu: derivatives.next(),

@@ -33,7 +33,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// A piece of a surface.
     pub struct SurfacePiece {
         /// The part of the whole surface's domain that the piece covers.
@@ -42,9 +42,9 @@ crate::object! {
         required surface: Surface,
     }
 }
-crate::nested!(SurfacePiece);
+crate::nested!(answer SurfacePiece);
 
-crate::object! {
+crate::answer! {
     /// The pieces.
     pub struct SurfaceSubdivideAnswer {
         /// The pieces, u changing slowest; together they are the surface.
@@ -116,11 +116,11 @@ pub fn operation(request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAns
     let (surface, at) = parts(request.surface, request.at)?;
     let form = request.form.unwrap_or(Form::Auto).into();
     let pieces = core::subdivide(&surface, &at.u.unwrap_or_default(), &at.v.unwrap_or_default(), form)?;
-    let piece = |piece: &core::Piece| SurfacePiece { domain: Some(piece.domain.into()), surface: Some((&piece.surface).into()) };
+    let piece = |piece: &core::Piece| SurfacePiece { domain: piece.domain.into(), surface: (&piece.surface).into() };
     Ok(SurfaceSubdivideAnswer {
-        pieces: Some(pieces.pieces.iter().map(piece).collect()),
-        form: Some(if pieces.in_family { Form::Family } else { Form::Bezier }),
-        condition: Some(pieces.condition),
+        pieces: pieces.pieces.iter().map(piece).collect(),
+        form: if pieces.in_family { Form::Family } else { Form::Bezier },
+        condition: pieces.condition,
     })
 }
 

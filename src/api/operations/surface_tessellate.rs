@@ -20,7 +20,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// A mesh of triangles that share their vertices, over a grid of cells of two triangles each.
     pub struct SurfaceTessellateAnswer {
         /// How many cells lie along u and along v; (cells along u + 1) times (cells along v + 1) vertices, at most 200,000.
@@ -96,12 +96,12 @@ pub fn operation(request: SurfaceTessellateRequest) -> Result<SurfaceTessellateA
     let (surface, tolerance) = parts(request.surface, request.tolerance)?;
     let mesh = core::tessellate(&surface, tolerance)?;
     Ok(SurfaceTessellateAnswer {
-        cells: Some(Tuple(mesh.cells.map(Whole))),
-        parameters: Some(mesh.parameters.into_iter().map(Tuple).collect()),
-        points: Some(mesh.points.into()),
-        triangles: Some(mesh.triangles.into_iter().map(|corners| Tuple(corners.map(Whole))).collect()),
-        bound: Some(mesh.bound),
-        tolerance: Some(tolerance),
+        cells: Tuple(mesh.cells.map(Whole)),
+        parameters: mesh.parameters.into_iter().map(Tuple).collect(),
+        points: mesh.points.into(),
+        triangles: mesh.triangles.into_iter().map(|corners| Tuple(corners.map(Whole))).collect(),
+        bound: mesh.bound,
+        tolerance: tolerance,
     })
 }
 

@@ -37,7 +37,7 @@ crate::object! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// A former joint.
     pub struct FormerJoint {
         /// Its parameter.
@@ -48,9 +48,9 @@ crate::object! {
         required multiplicity: Whole,
     }
 }
-crate::nested!(FormerJoint);
+crate::nested!(answer FormerJoint);
 
-crate::object! {
+crate::answer! {
     /// The B-spline.
     pub struct ToBsplineAnswer {
         /// The same curve over the same domain, with its full knot vector.
@@ -150,15 +150,15 @@ where
     };
     let result = core::to_bspline(curve, wanted, tolerance)?;
     let joint = |joint: &core::FormerJoint| FormerJoint {
-        parameter: Some(joint.parameter),
-        continuity: Some(joint.continuity),
-        multiplicity: Some(Whole(joint.multiplicity)),
+        parameter: joint.parameter,
+        continuity: joint.continuity,
+        multiplicity: Whole(joint.multiplicity),
     };
     Ok(ToBsplineAnswer {
-        joints: Some(result.joints.iter().map(joint).collect()),
-        curve: Some(Curve::of_core(curve::Curve::BSpline(result.curve))),
-        deviation: Some(result.deviation),
-        knots: Some(style),
-        tolerance: Some(result.tolerance),
+        joints: result.joints.iter().map(joint).collect(),
+        curve: Curve::of_core(curve::Curve::BSpline(result.curve)),
+        deviation: result.deviation,
+        knots: style,
+        tolerance: result.tolerance,
     })
 }

@@ -163,8 +163,7 @@ pub fn bases(common: Option<Basis>, each: Option<Vec<Basis>>) -> Result<crate::c
 }
 
 /// A basis to convert to: one with its shape parameters, or just `"bezier"`.
-#[derive(Debug, Clone, serde::Serialize)]
-#[serde(transparent)]
+#[derive(Debug, Clone)]
 pub struct Target(Basis);
 
 impl Target {
@@ -199,13 +198,21 @@ impl<'de> serde::Deserialize<'de> for Target {
     }
 }
 
-impl crate::api::wire::Field for Target {
+impl crate::api::writer::Written for Target {
+    fn write_to(&self, writer: &mut crate::api::writer::Writer) -> Result<(), crate::api::writer::Unwritten> {
+        self.0.write_to(writer)
+    }
+}
+
+impl crate::api::wire::Field for Target {}
+
+impl crate::api::wire::Described for Target {
     fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
         use utoipa::openapi::schema::OneOfBuilder;
-        OneOfBuilder::new().item(crate::api::wire::object::constant("bezier")).item(<Basis as crate::api::wire::Field>::schema()).into()
+        OneOfBuilder::new().item(crate::api::wire::object::constant("bezier")).item(<Basis as crate::api::wire::Described>::schema()).into()
     }
 
     fn collect(components: &mut crate::api::wire::field::Components) {
-        <Basis as crate::api::wire::Field>::collect(components);
+        <Basis as crate::api::wire::Described>::collect(components);
     }
 }

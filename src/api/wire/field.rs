@@ -4,12 +4,13 @@ use std::marker::PhantomData;
 
 use bytemuck::TransparentWrapper;
 use serde::de::{DeserializeOwned, DeserializeSeed, Error as _, MapAccess, SeqAccess, Visitor};
-use serde::ser::SerializeTuple;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
 
+use crate::api::number_text::Numbers;
 use crate::api::wire::{raw, tolerant};
+use crate::api::writer::{Unwritten, Writer, Written};
 use crate::core::error::{At, Error, Fault};
 use crate::core::limits;
 use crate::core::work::Pace;
@@ -17,33 +18,23 @@ use crate::core::work::Pace;
 /// Named schemas, as the specification collects them.
 pub type Components = Vec<(String, RefOr<Schema>)>;
 
-/// A JSON value: how it is read, written and described.
-pub trait Field: DeserializeOwned + Serialize {
+/// A JSON value as the specification describes it.
+pub trait Described {
     /// The schema, or a reference to it.
     fn schema() -> RefOr<Schema>;
 
-    /// Adds the schemas that [`Field::schema`] refers to.
+    /// Adds the schemas that [`Described::schema`] refers to.
     fn collect(_components: &mut Components) {}
+}
 
+/// A JSON value that a request may hold: how it is read.
+pub trait Field: Described + DeserializeOwned {
     /// Reads one; lists end where no curve is longer.
     ///
     /// # Errors
     /// Whatever is not one.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Self::deserialize(deserializer)
-    }
-
-    /// Writes one; lists of numbers at once, where the format can take them so.
-    ///
-    /// # Errors
-    /// The format's.
-    fn write<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.serialize(serializer)
-    }
-
-    /// A list of such values as numbers, if they are: how many columns (0 for plain numbers), and row after row.
-    fn numbers(_list: &[Self]) -> Option<(usize, &[f64])> {
-        None
     }
 
     /// Such values as rows of raw numbers, where a request may have them: those beginning at `start`.
@@ -112,73 +103,43 @@ pub fn read_value<'de, T: Field, A: MapAccess<'de>>(map: &mut A) -> Result<T, A:
     map.next_value_seed(Reader(PhantomData))
 }
 
-/// Writes the value of a field.
-///
-/// # Errors
-/// The format's.
-pub fn write_field<T: Field, S: Serializer>(field: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
-    match field {
-        Some(value) => value.write(serializer),
-        None => serializer.serialize_none(),
-    }
-}
-
-/// A value written as a field is.
-struct Written<'a, T>(&'a T);
-
-impl<T: Field> Serialize for Written<'_, T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.0.write(serializer)
-    }
-}
-
-/// Numbers row after row, for a format that is not read by people: the bytes of all, under the number of columns.
-///
-/// # Errors
-/// The format's.
-pub fn write_numbers<S: Serializer>(columns: usize, numbers: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
-    struct Bytes<'a>(&'a [f64]);
-    impl Serialize for Bytes<'_> {
-        fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-            serializer.serialize_bytes(bytemuck::cast_slice(self.0))
-        }
-    }
-    serializer.serialize_newtype_variant("Numbers", columns as u32, "rows", &Bytes(numbers))
-}
-
-impl Field for f64 {
+impl Described for f64 {
     fn schema() -> RefOr<Schema> {
         number().into()
     }
+}
 
-    fn numbers(list: &[f64]) -> Option<(usize, &[f64])> {
-        Some((0, list))
-    }
-
+impl Field for f64 {
     fn from_raw(rows: raw::Rows) -> Option<Vec<f64>> {
         rows.numbers()
     }
 }
 
-impl Field for i32 {
+impl Field for i32 {}
+
+impl Described for i32 {
     fn schema() -> RefOr<Schema> {
         ObjectBuilder::new().schema_type(Type::Integer).into()
     }
 }
 
-impl Field for String {
+impl Field for String {}
+
+impl Described for String {
     fn schema() -> RefOr<Schema> {
         ObjectBuilder::new().schema_type(Type::String).into()
     }
 }
 
-impl Field for bool {
+impl Field for bool {}
+
+impl Described for bool {
     fn schema() -> RefOr<Schema> {
         ObjectBuilder::new().schema_type(Type::Boolean).into()
     }
 }
 
-impl<T: Field> Field for Vec<T> {
+impl<T: Described> Described for Vec<T> {
     fn schema() -> RefOr<Schema> {
         ArrayBuilder::new().items(T::schema()).into()
     }
@@ -186,7 +147,9 @@ impl<T: Field> Field for Vec<T> {
     fn collect(components: &mut Components) {
         T::collect(components);
     }
+}
 
+impl<T: Field> Field for Vec<T> {
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct List<T>(PhantomData<T>);
         impl<'de, T: Field> Visitor<'de> for List<T> {
@@ -211,13 +174,6 @@ impl<T: Field> Field for Vec<T> {
         }
         raw::deserialize_list(deserializer, List(PhantomData))
     }
-
-    fn write<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match T::numbers(self) {
-            Some((columns, numbers)) if !serializer.is_human_readable() => write_numbers(columns, numbers, serializer),
-            _ => serializer.collect_seq(self.iter().map(Written)),
-        }
-    }
 }
 
 /// The schema of a double.
@@ -231,7 +187,7 @@ pub fn whole(least: usize, most: usize) -> ObjectBuilder {
 }
 
 /// The schema of a list with `least` to `most` items.
-pub fn list<T: Field>(least: usize, most: usize) -> ArrayBuilder {
+pub fn list<T: Described>(least: usize, most: usize) -> ArrayBuilder {
     ArrayBuilder::new().items(T::schema()).min_items(Some(least)).max_items(Some(most))
 }
 
@@ -283,13 +239,15 @@ impl<'de> Deserialize<'de> for Whole {
     }
 }
 
-impl Serialize for Whole {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_u64(self.0 as u64)
+impl Written for Whole {
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten> {
+        writer.json(&self.0)
     }
 }
 
-impl Field for Whole {
+impl Field for Whole {}
+
+impl Described for Whole {
     fn schema() -> RefOr<Schema> {
         ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0)).into()
     }
@@ -309,22 +267,20 @@ impl<'de, T: Field, const N: usize> Deserialize<'de> for Tuple<T, N> {
     }
 }
 
-impl<T: Serialize, const N: usize> Serialize for Tuple<T, N> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut tuple = serializer.serialize_tuple(N)?;
-        self.0.iter().try_for_each(|value| tuple.serialize_element(value))?;
-        tuple.end()
+impl<T: Written, const N: usize> Written for Tuple<T, N> {
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten> {
+        writer.list(&self.0)
+    }
+
+    fn numbers(list: &[Self]) -> Option<Numbers<'_>> {
+        let numbers = T::numbers(Self::peel_slice(list).as_flattened())?;
+        (numbers.columns == 0).then_some(Numbers { columns: N, ..numbers })
     }
 }
 
-impl<T: Field, const N: usize> Field for Tuple<T, N> {
+impl<T: Described, const N: usize> Described for Tuple<T, N> {
     fn schema() -> RefOr<Schema> {
         list::<T>(N, N).into()
-    }
-
-    fn numbers(list: &[Self]) -> Option<(usize, &[f64])> {
-        let (columns, numbers) = T::numbers(Self::peel_slice(list).as_flattened())?;
-        (columns == 0).then_some((N, numbers))
     }
 
     fn collect(components: &mut Components) {
@@ -332,14 +288,22 @@ impl<T: Field, const N: usize> Field for Tuple<T, N> {
     }
 }
 
+impl<T: Field, const N: usize> Field for Tuple<T, N> {}
+
 /// Declares an enum of names: `names! { pub enum Form { Auto = "auto", .. } }`.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! names {
     ($(#[doc = $doc:literal])* $vis:vis enum $name:ident { $($(#[doc = $vdoc:literal])* $variant:ident = $text:literal),* $(,)? }) => {
         $(#[doc = $doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-        $vis enum $name { $($(#[doc = $vdoc])* #[serde(rename = $text)] $variant),* }
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        $vis enum $name { $($(#[doc = $vdoc])* $variant),* }
+
+        impl $crate::api::writer::Written for $name {
+            fn write_to(&self, writer: &mut $crate::api::writer::Writer) -> Result<(), $crate::api::writer::Unwritten> {
+                writer.json(&match self { $($name::$variant => $text),* })
+            }
+        }
 
         impl<'de> serde::Deserialize<'de> for $name {
             fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -364,7 +328,9 @@ macro_rules! names {
             }
         }
 
-        impl $crate::api::wire::Field for $name {
+        impl $crate::api::wire::Field for $name {}
+
+        impl $crate::api::wire::Described for $name {
             fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
                 $crate::api::wire::one_of(&[$($text),*])
             }

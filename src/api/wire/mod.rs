@@ -17,7 +17,7 @@ pub mod tolerant;
 
 pub use basis::{Basis, Shape, Target, bases};
 pub use curve::{Curve, Dimensioned};
-pub use field::{Field, TOO_LONG, Tuple, Whole, list, need, number, part, whole, write_field, write_numbers};
+pub use field::{Described, Field, TOO_LONG, Tuple, Whole, list, need, number, part, whole};
 pub use object::{Part, Variant, constant, missing, one_of, refuse, schema_of, set, set_by, union_schema};
 pub use points::{Points, Vector, space_list};
 pub use report::{Continuity, ReportStyle};

@@ -22,31 +22,7 @@ macro_rules! object {
         $($(#[doc = $fdoc:literal])* $need:ident $field:ident: $type:ty $(= $schema:expr)?),* $(,)?
     }) => {
         $crate::object_type! { $(#[doc = $doc])* $name { $($(#[doc = $fdoc])* $field: $type),* } }
-
-        impl utoipa::PartialSchema for $name {
-            fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
-                $crate::api::wire::schema_of(concat!($($doc, "\n"),*), None, &Self::parts(), &[], |name| match name {
-                    $(stringify!($field) => Some($crate::required!($need)),)*
-                    _ => None,
-                })
-            }
-        }
-
-        impl utoipa::ToSchema for $name {
-            fn name() -> std::borrow::Cow<'static, str> {
-                stringify!($name).into()
-            }
-
-            fn schemas(components: &mut Vec<(String, utoipa::openapi::RefOr<utoipa::openapi::schema::Schema>)>) {
-                Self::collect_parts(components);
-            }
-        }
-
-        impl $name {
-            fn parts() -> Vec<$crate::api::wire::Part> {
-                vec![$($crate::part!($(#[doc = $fdoc])* $field: $type $(= $schema)?)),*]
-            }
-        }
+        $crate::described! { $(#[doc = $doc])* $name { $($(#[doc = $fdoc])* $need $field: $type $(= $schema)?),* } }
     };
 }
 
@@ -108,7 +84,9 @@ macro_rules! union {
             }
         }
 
-        impl $crate::api::wire::Field for $name {
+        impl $crate::api::wire::Field for $name {}
+
+        impl $crate::api::wire::Described for $name {
             fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
                 utoipa::openapi::schema::Ref::from_schema_name(stringify!($name)).into()
             }
@@ -129,10 +107,17 @@ macro_rules! union {
 macro_rules! object_type {
     ($(#[doc = $doc:literal])* $name:ident { $($(#[doc = $fdoc:literal])* $field:ident: $type:ty),* }) => {
         $(#[doc = $doc])*
-        #[derive(Debug, Clone, Default, serde::Serialize)]
+        #[derive(Debug, Clone, Default)]
         pub struct $name {
-            $($(#[doc = $fdoc])* #[serde(skip_serializing_if = "Option::is_none", serialize_with = "crate::api::wire::write_field")]
-            pub $field: Option<$type>),*
+            $($(#[doc = $fdoc])* pub $field: Option<$type>),*
+        }
+
+        impl $crate::api::writer::Written for $name {
+            fn write_to(&self, writer: &mut $crate::api::writer::Writer) -> Result<(), $crate::api::writer::Unwritten> {
+                let mut object = writer.object()?;
+                $(object.optional(stringify!($field), &self.$field)?;)*
+                object.end()
+            }
         }
 
         impl<'de> serde::Deserialize<'de> for $name {
@@ -169,7 +154,7 @@ macro_rules! object_type {
             }
 
             fn collect_parts(components: &mut Vec<(String, utoipa::openapi::RefOr<utoipa::openapi::schema::Schema>)>) {
-                $(<$type as $crate::api::wire::Field>::collect(components);)*
+                $(<$type as $crate::api::wire::Described>::collect(components);)*
                 let _ = components;
             }
         }
@@ -184,7 +169,7 @@ macro_rules! part {
         $crate::api::wire::Part { name: stringify!($field), doc: concat!($($doc, "\n"),*), schema: $schema.into() }
     };
     ($(#[doc = $doc:literal])* $field:ident: $type:ty) => {
-        $crate::part!($(#[doc = $doc])* $field: $type = <$type as $crate::api::wire::Field>::schema())
+        $crate::part!($(#[doc = $doc])* $field: $type = <$type as $crate::api::wire::Described>::schema())
     };
 }
 
@@ -200,12 +185,16 @@ macro_rules! required {
     };
 }
 
-/// A declared object that is also a field of others.
+/// A declared object that is also a field of others; `answer` where only answers hold it.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! nested {
     ($name:ident) => {
-        impl $crate::api::wire::Field for $name {
+        $crate::nested!(answer $name);
+        impl $crate::api::wire::Field for $name {}
+    };
+    (answer $name:ident) => {
+        impl $crate::api::wire::Described for $name {
             fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
                 utoipa::openapi::schema::Ref::from_schema_name(stringify!($name)).into()
             }
@@ -213,6 +202,90 @@ macro_rules! nested {
             fn collect(components: &mut Vec<(String, utoipa::openapi::RefOr<utoipa::openapi::schema::Schema>)>) {
                 components.push((stringify!($name).into(), <Self as utoipa::PartialSchema>::schema()));
                 Self::collect_parts(components);
+            }
+        }
+    };
+}
+
+/// Declares a JSON object that only answers hold: a required field is there, an optional one may be.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! answer {
+    ($(#[doc = $doc:literal])* pub struct $name:ident {
+        $($(#[doc = $fdoc:literal])* $need:ident $field:ident: $type:ty $(= $schema:expr)?),* $(,)?
+    }) => {
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone)]
+        pub struct $name {
+            $($(#[doc = $fdoc])* pub $field: $crate::held!($need $type)),*
+        }
+
+        impl $crate::api::writer::Written for $name {
+            fn write_to(&self, writer: &mut $crate::api::writer::Writer) -> Result<(), $crate::api::writer::Unwritten> {
+                let mut object = writer.object()?;
+                $($crate::write_field!($need object self $field);)*
+                object.end()
+            }
+        }
+
+        impl $name {
+            fn collect_parts(components: &mut Vec<(String, utoipa::openapi::RefOr<utoipa::openapi::schema::Schema>)>) {
+                $(<$type as $crate::api::wire::Described>::collect(components);)*
+                let _ = components;
+            }
+        }
+
+        $crate::described! { $(#[doc = $doc])* $name { $($(#[doc = $fdoc])* $need $field: $type $(= $schema)?),* } }
+    };
+}
+
+/// The type of a field of an answer.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! held {
+    (required $type:ty) => { $type };
+    (optional $type:ty) => { Option<$type> };
+}
+
+/// Writes a field of an answer.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! write_field {
+    (required $object:ident $self:ident $field:ident) => {
+        $object.field(stringify!($field), &$self.$field)?
+    };
+    (optional $object:ident $self:ident $field:ident) => {
+        $object.optional(stringify!($field), &$self.$field)?
+    };
+}
+
+/// The schema of a declared object.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! described {
+    ($(#[doc = $doc:literal])* $name:ident { $($(#[doc = $fdoc:literal])* $need:ident $field:ident: $type:ty $(= $schema:expr)?),* }) => {
+        impl utoipa::PartialSchema for $name {
+            fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
+                $crate::api::wire::schema_of(concat!($($doc, "\n"),*), None, &Self::parts(), &[], |name| match name {
+                    $(stringify!($field) => Some($crate::required!($need)),)*
+                    _ => None,
+                })
+            }
+        }
+
+        impl utoipa::ToSchema for $name {
+            fn name() -> std::borrow::Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn schemas(components: &mut Vec<(String, utoipa::openapi::RefOr<utoipa::openapi::schema::Schema>)>) {
+                Self::collect_parts(components);
+            }
+        }
+
+        impl $name {
+            fn parts() -> Vec<$crate::api::wire::Part> {
+                vec![$($crate::part!($(#[doc = $fdoc])* $field: $type $(= $schema)?)),*]
             }
         }
     };

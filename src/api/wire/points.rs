@@ -5,12 +5,14 @@ use std::marker::PhantomData;
 
 use bytemuck::TransparentWrapper;
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
 
-use crate::api::wire::field::{Components, Field, number, read_each, write_numbers};
+use crate::api::number_text::Numbers;
+use crate::api::wire::field::{Components, Described, Field, number, read_each};
 use crate::api::wire::{raw, tolerant};
+use crate::api::writer::{Unwritten, Writer, Written};
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
 
@@ -220,27 +222,21 @@ impl<'de> Deserialize<'de> for Points {
     }
 }
 
-impl Serialize for Points {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        fn all<S: Serializer, const D: usize>(points: &[Point<D>], serializer: S) -> Result<S::Ok, S::Error>
-        where
-            [f64; D]: Serialize,
-        {
-            let rows = Point::peel_slice(points);
-            if serializer.is_human_readable() { rows.serialize(serializer) } else { write_numbers(D, rows.as_flattened(), serializer) }
-        }
-        match self {
-            Points::Plane(points) => all(points, serializer),
-            Points::Space(points) => all(points, serializer),
-        }
+impl Written for Points {
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten> {
+        let (columns, values) = match self {
+            Points::Plane(points) => (2, Point::peel_slice(points).as_flattened()),
+            Points::Space(points) => (3, Point::peel_slice(points).as_flattened()),
+        };
+        writer.numbers(Numbers { columns, values })
     }
 }
 
-impl Serialize for Vector {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+impl Written for Vector {
+    fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten> {
         match self {
-            Vector::Plane(point) => point.0.serialize(serializer),
-            Vector::Space(point) => point.0.serialize(serializer),
+            Vector::Plane(point) => writer.list(&point.0),
+            Vector::Space(point) => writer.list(&point.0),
         }
     }
 }
@@ -261,7 +257,9 @@ pub fn space_list() -> ArrayBuilder {
     ArrayBuilder::new().items(Ref::from_schema_name("Point3"))
 }
 
-impl Field for Points {
+impl Field for Points {}
+
+impl Described for Points {
     fn schema() -> RefOr<Schema> {
         Ref::from_schema_name("Points").into()
     }
@@ -276,7 +274,9 @@ impl Field for Points {
     }
 }
 
-impl Field for Vector {
+impl Field for Vector {}
+
+impl Described for Vector {
     fn schema() -> RefOr<Schema> {
         Ref::from_schema_name("Vector").into()
     }

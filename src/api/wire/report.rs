@@ -31,7 +31,7 @@ crate::names! {
     }
 }
 
-crate::object! {
+crate::answer! {
     /// What was measured at one joint.
     pub struct Joint {
         /// The parameter of the joint.
@@ -54,9 +54,9 @@ crate::object! {
         optional curvature_jump: f64 = number().minimum(Some(0.0)),
     }
 }
-crate::nested!(Joint);
+crate::nested!(answer Joint);
 
-crate::object! {
+crate::answer! {
     /// How smoothly the segments join, measured on the curve returned.
     pub struct Continuity {
         /// The class that every joint meets; C2 for a single segment.
@@ -72,7 +72,7 @@ crate::object! {
         optional joints: Vec<Joint>,
     }
 }
-crate::nested!(Continuity);
+crate::nested!(answer Continuity);
 
 impl From<core::Class> for Class {
     fn from(class: core::Class) -> Self {
@@ -91,13 +91,13 @@ impl From<&core::Joint> for Joint {
     fn from(joint: &core::Joint) -> Self {
         Joint {
             parameter: Some(joint.parameter),
-            class: Some(joint.class.into()),
-            parametric: Some(joint.parametric.into()),
-            geometric: Some(joint.geometric.into()),
-            position_gap: Some(joint.position_gap),
+            class: joint.class.into(),
+            parametric: joint.parametric.into(),
+            geometric: joint.geometric.into(),
+            position_gap: joint.position_gap,
             tangent_angle: joint.tangent_angle,
-            first_derivative_jump: Some(joint.first_derivative_jump),
-            second_derivative_jump: Some(joint.second_derivative_jump),
+            first_derivative_jump: joint.first_derivative_jump,
+            second_derivative_jump: joint.second_derivative_jump,
             curvature_jump: joint.curvature_jump,
         }
     }
@@ -107,8 +107,8 @@ impl Continuity {
     /// The report of an answer.
     pub fn of_core(report: &core::Report, style: ReportStyle) -> Self {
         Continuity {
-            class: Some(report.class.into()),
-            tolerance: Some(report.tolerance.relative),
+            class: report.class.into(),
+            tolerance: report.tolerance.relative,
             gap_tolerance: (report.tolerance.gap > 0.0).then_some(report.tolerance.gap),
             worst: report.worst().map(|joint| Joint { parameter: None, ..Joint::from(&joint) }),
             joints: (style == ReportStyle::Full).then(|| report.joints.iter().map(Joint::from).collect()),
