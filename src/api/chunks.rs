@@ -7,7 +7,6 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use crate::api::memory::{Memory, Reservation};
-use crate::core::work;
 
 /// The size of a chunk. An answer within one chunk is not counted against the budget.
 pub const CHUNK: usize = 256 * 1024;
@@ -142,7 +141,7 @@ impl Buffer {
 
     /// Puts the full chunk away and takes a blank one that is paid for.
     fn turn(&mut self) -> Result<(), Stopped> {
-        work::checkpoint().map_err(|_| Stopped::Cancelled)?;
+        context.checkpoint().map_err(|_| Stopped::Cancelled)?;
         let mut reservation = Reservation::of(&self.budget);
         reservation.grow_to(CHUNK).map_err(|_| Stopped::NoRoom)?;
         let text = std::mem::replace(&mut self.chunk, Vec::with_capacity(CHUNK));

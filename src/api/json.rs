@@ -14,7 +14,6 @@ use crate::api::reader;
 use crate::api::wire::tolerant::{self as tolerant, Misfit};
 use crate::api::writer::{self, Written};
 use crate::core::error::{Error, Fault};
-use crate::core::work::checkpoint;
 
 /// What the body of an operation is.
 pub trait Request: DeserializeOwned {
@@ -34,11 +33,11 @@ pub fn from_bytes<T: Request>(body: &[u8]) -> Result<T, Problem> {
     if let Ok(request) = reader::read(body) {
         return Ok(request);
     }
-    checkpoint()?;
+    context.checkpoint()?;
     serde_json::from_slice(body).or_else(|error| {
-        checkpoint()?;
+        context.checkpoint()?;
         let problem = explain::<T>(body, &error);
-        checkpoint()?;
+        context.checkpoint()?;
         Err(problem)
     })
 }

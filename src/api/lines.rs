@@ -75,7 +75,7 @@ impl Part {
         let (mut buffer, mut tally) = (Buffer::new(budget), Tally::default());
         for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
             if !line.trim_ascii().is_empty() {
-                crate::core::work::checkpoint()?;
+                context.checkpoint()?;
                 let is_answered = answer(line, self.first + i, format, max_depth, &mut buffer)?;
                 tally += Tally { lines: 1, failed: usize::from(!is_answered) };
             }
@@ -108,7 +108,7 @@ fn answer(line: &[u8], number: usize, format: Format, max_depth: usize, buffer: 
         Some(operation) => (operation.answer_json)(body.get().as_bytes(), format, &mut own),
         None => Err(unknown(&op)),
     };
-    crate::core::work::checkpoint()?;
+    context.checkpoint()?;
     match computed {
         Ok(()) => {
             begin(number, id.as_ref(), "answer", buffer)?;

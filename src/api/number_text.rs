@@ -8,7 +8,6 @@ use crate::api::output::{Format, Layout, Precision};
 use crate::api::rounded::{Block, LANES, ROOM, Rounding};
 use crate::api::writer::{Unwritten, not_finite};
 use crate::core::lanes::are_finite;
-use crate::core::work;
 
 /// Numbers row by row.
 #[derive(Debug, Clone, Copy)]

@@ -1,10 +1,10 @@
 //! The basis functions themselves, and what they promise.
 
+use crate::core::context::Context;
 use super::basis::{Basis, Properties, ShapeMatrix};
 use super::bezier_form::bernstein;
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::limits;
-use super::work::{self, Pace};
 
 /// A basis at one order, sampled.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,23 +29,23 @@ pub struct BasisFunctions {
 ///
 /// # Errors
 /// [`Fault::TooFew`], [`Fault::TooLarge`].
-pub fn check_count(count: usize) -> Result<(), Fault> {
+pub fn check_count(context: &Context, count: usize) -> Result<(), Fault> {
     at_least("samples", count, 2)?;
-    at_most("samples", count, limits::effective().samples, "Ask for fewer")
+    at_most("samples", count, context.limits.samples, "Ask for fewer")
 }
 
 /// Samples the `order + 1` functions of a basis at `count` equally spaced parameters. O(count * degree * order).
 ///
 /// # Errors
 /// At `order`: one that does not suit the basis. At `count`: below 2, or more values than [`limits::ANSWER_POINTS`].
-pub fn basis_functions(basis: &Basis, order: usize, count: usize) -> Result<BasisFunctions, Error> {
-    let degree = basis.degree(order).at("order")?;
-    check_count(count).at("count")?;
-    at_most("values in the answer", count * (order + 1), limits::effective().answer_points, "Ask for fewer samples").at("count")?;
+pub fn basis_functions(context: &Context, basis: &Basis, order: usize, count: usize) -> Result<BasisFunctions, Error> {
+    let degree = basis.degree(context, order).at("order")?;
+    check_count(context, count).at("count")?;
+    at_most("values in the answer", count * (order + 1), context.limits.answer_points, "Ask for fewer samples").at("count")?;
     let matrix = basis.shape_matrix(order);
     let fraction = |i: usize| i as f64 / (count - 1) as f64;
     let mut values = vec![Vec::with_capacity(count); order + 1];
-    let mut pace = Pace::default();
+    let mut pace = context.pace();
     for i in 0..count {
         pace.step()?;
         let (u, v) = (fraction(i), fraction(count - 1 - i));
@@ -56,7 +56,7 @@ pub fn basis_functions(basis: &Basis, order: usize, count: usize) -> Result<Basi
     }
     // Singular values take milliseconds.
     let condition = matrix.condition();
-    work::checkpoint()?;
+    context.checkpoint()?;
     Ok(BasisFunctions {
         degree,
         domain: (0.0, basis.length()),

@@ -1,5 +1,6 @@
 //! How smoothly segments join, measured joint by joint.
 
+use crate::core::context::Context;
 use super::curve::{Composite, Piecewise, Segment};
 use super::error::Error;
 use super::gaps::{FEW, Gaps, Group, Order, orders, spline_orders};
@@ -7,7 +8,6 @@ use super::knots::Breaks;
 use super::lanes::LANES;
 use super::limits;
 use super::point::Point;
-use super::work;
 
 /// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives with
 /// respect to the parameter; a `C1` joint may well be `G2`, so the order is a convention: the highest class met is named.
@@ -113,33 +113,33 @@ impl Report {
 ///
 /// # Errors
 /// [`Fault::Cancelled`](super::error::Fault).
-pub fn continuity<const D: usize>(composite: &Composite<D>, closed: bool, tolerance: Tolerance) -> Result<Report, Error> {
+pub fn continuity<const D: usize>(context: &Context, composite: &Composite<D>, closed: bool, tolerance: Tolerance) -> Result<Report, Error> {
     let breaks = composite.breaks();
     if !composite.is_spline() {
-        return measured(breaks, |i| orders(composite.local(i), breaks.interval(i)), closed, tolerance);
+        return measured(context, breaks, |i| orders(composite.local(i), breaks.interval(i)), closed, tolerance);
     }
-    let first = composite.derivative()?;
-    let second = first.derivative()?;
+    let first = composite.derivative(context)?;
+    let second = first.derivative(context)?;
     let gains = [composite.gains(1), composite.gains(2)];
     let orders = |i: usize| {
         let derivatives = [first.local(i), second.local(i)];
         spline_orders(composite.local(i), derivatives, [gains[0][i], gains[1][i]], breaks.interval(i))
     };
-    measured(breaks, orders, closed, tolerance)
+    measured(context, breaks, orders, closed, tolerance)
 }
 
 /// The same of a piecewise curve, without a copy of its points where they are Bezier points.
-pub(crate) fn piecewise_continuity<const D: usize>(curve: &Piecewise<D>, tolerance: Tolerance) -> Result<Report, Error> {
+pub(crate) fn piecewise_continuity<const D: usize>(context: &Context, curve: &Piecewise<D>, tolerance: Tolerance) -> Result<Report, Error> {
     if curve.bases().are_identity() {
         // Differences of given points are as exact as those from an origin.
         let segment = |i| Segment { origin: Point::ZERO, points: curve.polygon(i) };
-        return measured(curve.breaks(), |i| orders(segment(i), curve.breaks().interval(i)), curve.closed(), tolerance);
+        return measured(context, curve.breaks(), |i| orders(segment(i), curve.breaks().interval(i)), curve.closed(), tolerance);
     }
-    continuity(&curve.composite()?, curve.closed(), tolerance)
+    continuity(context, &curve.composite(context)?, curve.closed(), tolerance)
 }
 
 fn measured<const D: usize>(
-    breaks: &Breaks,
+    context: &Context, breaks: &Breaks,
     orders: impl Fn(usize) -> [Order<D>; 3],
     closed: bool,
     tolerance: Tolerance,
@@ -154,7 +154,7 @@ fn measured<const D: usize>(
     } else {
         let mut group = Group::new();
         for first in (1..count).step_by(LANES) {
-            work::checkpoint()?;
+            context.checkpoint()?;
             let inner = &knots[first..count.min(first + LANES)];
             (0..=inner.len()).for_each(|l| group.put(l, &orders(first - 1 + l)));
             inner.iter().zip(group.gaps(inner.len(), tolerance.relative)).for_each(|(knot, gaps)| add(knot, gaps));

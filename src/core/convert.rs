@@ -1,5 +1,6 @@
 //! The same curve in another basis.
 
+use crate::core::context::Context;
 use super::basis::Basis;
 use super::curve::{Bases, Curve, Piecewise, Single};
 use super::error::{At, Error, Fault};
@@ -37,8 +38,8 @@ pub struct Construction<const D: usize> {
 /// # Errors
 /// At `to`: a basis that cannot write every curve of this degree. At `order`: one below the degree of the curve, as degrees cannot be
 /// lowered exactly. At `curve`: a B-spline that jumps.
-pub fn convert<const D: usize>(curve: &Curve<D>, to: Basis, order: Option<usize>) -> Result<Converted<D>, Error> {
-    let composite = curve.composite().at("curve")?;
+pub fn convert<const D: usize>(context: &Context, curve: &Curve<D>, to: Basis, order: Option<usize>) -> Result<Converted<D>, Error> {
+    let composite = curve.composite(context).at("curve")?;
     let degree = composite.degree();
     let order = order.or(to.own_order()).unwrap_or(degree);
     if order < degree {
@@ -47,18 +48,18 @@ pub fn convert<const D: usize>(curve: &Curve<D>, to: Basis, order: Option<usize>
         );
         return Err(Fault::UnsuitableCurve(why).at("order"));
     }
-    let way = to.way_back(order).at("to")?;
+    let way = to.way_back(context, order).at("to")?;
     let construction = construction(curve);
     if let Curve::Single(_) = curve {
         let segment = composite.local(0);
         let points = way.control_points(&super::bezier_form::elevate(segment.points, order));
         let points = points.into_iter().map(|p| placed(segment.origin, p)).collect();
-        let curve = Curve::Single(Single::new(to, points)?);
+        let curve = Curve::Single(Single::new(context, to, points)?);
         return Ok(Converted { curve, condition: way.condition, construction });
     }
-    to.joinable(order).at("to")?;
+    to.joinable(context, order).at("to")?;
     composite.check_joined().at("curve")?;
-    let (piecewise, condition) = Piecewise::from_composite(Bases::Common(to), order, &composite, composite.closes(curve.closed()))?;
+    let (piecewise, condition) = Piecewise::from_composite(context, Bases::Common(to), order, &composite, composite.closes(curve.closed()))?;
     Ok(Converted { curve: Curve::Piecewise(piecewise), condition, construction })
 }
 

@@ -1,5 +1,6 @@
 //! Points, derivatives and the moving frame along a curve.
 
+use crate::core::context::Context;
 use super::bezier_form::{chord_error, split};
 use super::curve::{Composite, Curve, Segment};
 use super::domain::Domain;
@@ -7,7 +8,6 @@ use super::error::{At, Error, Fault, at_least, at_most};
 use super::lanes::uniform;
 use super::limits;
 use super::point::{Point, magnitude};
-use super::work::Pace;
 
 /// Where to sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,28 +84,28 @@ pub struct Degenerate {
 /// rounding; more samples than [`limits::SAMPLES`]. At `derivatives`: more than [`limits::DEGREE`]. At
 /// `quantities`: the torsion of a plane curve. At `curve`: a tolerance for a B-spline that jumps.
 pub fn evaluate<const D: usize>(
-    curve: &Curve<D>,
+    context: &Context, curve: &Curve<D>,
     sampling: &Sampling,
     derivatives: usize,
     quantities: Quantities,
 ) -> Result<Samples<D>, Error> {
-    check_orders(derivatives).at("derivatives")?;
-    sampling.check().at("sampling")?;
+    check_orders(context, derivatives).at("derivatives")?;
+    sampling.check(context).at("sampling")?;
     if quantities.torsion && D != 3 {
         let why = "a curve in the plane has no torsion; ask for it with 3D control points, or leave it out";
         return Err(Fault::UnsuitableCurve(why.into()).at("quantities"));
     }
-    let composite = curve.composite().at("curve")?;
-    let parameters = parameters(&composite, sampling)?;
+    let composite = curve.composite(context).at("curve")?;
+    let parameters = parameters(context, &composite, sampling)?;
     let asked = 1 + derivatives + usize::from(quantities.tangent) + usize::from(quantities.normal);
     at_most(
         "points and vectors in the answer",
         parameters.len() * asked,
-        limits::effective().answer_points,
+        context.limits.answer_points,
         "Ask for fewer samples or derivatives",
     )?;
-    let jets = jets(&composite, &parameters, derivatives.max(quantities.highest_derivative()))?;
-    let frames = frames(&composite, &parameters, &jets, quantities)?;
+    let jets = jets(context, &composite, &parameters, derivatives.max(quantities.highest_derivative()))?;
+    let frames = frames(context, &composite, &parameters, &jets, quantities)?;
     let mut lists = jets.into_iter();
     let points = lists.next().unwrap_or_default();
     Ok(Samples { domain: composite.breaks().domain(), parameters, points, derivatives: lists.take(derivatives).collect(), frames })
@@ -115,8 +115,8 @@ pub fn evaluate<const D: usize>(
 ///
 /// # Errors
 /// [`Fault::TooLarge`].
-pub fn check_orders(derivatives: usize) -> Result<(), Fault> {
-    at_most("orders of derivatives", derivatives, limits::effective().degree, "Higher derivatives of these polynomials are zero")
+pub fn check_orders(context: &Context, derivatives: usize) -> Result<(), Fault> {
+    at_most("orders of derivatives", derivatives, context.limits.degree, "Higher derivatives of these polynomials are zero")
 }
 
 impl Sampling {
@@ -124,8 +124,8 @@ impl Sampling {
     ///
     /// # Errors
     /// Counts out of range, a tolerance that is no distance, each at its field.
-    pub fn check(&self) -> Result<(), Error> {
-        let few = |count| at_most("samples", count, limits::effective().samples, "Sample the curve in parts");
+    pub fn check(&self, context: &Context) -> Result<(), Error> {
+        let few = |count| at_most("samples", count, context.limits.samples, "Sample the curve in parts");
         match self {
             Sampling::Count(count) => at_least("samples", *count, 2).and_then(|()| few(*count)).at("count"),
             Sampling::Parameters(values) => at_least("parameters", values.len(), 1).and_then(|()| few(values.len())).at("values"),
@@ -146,18 +146,18 @@ impl Quantities {
 }
 
 /// `lists[k][i]`: the `k`-th derivative at parameter `i`.
-fn jets<const D: usize>(composite: &Composite<D>, parameters: &[f64], highest: usize) -> Result<Vec<Vec<Point<D>>>, Error> {
-    let sample = |curve: &Composite<D>| curve.evaluator()?.sample(parameters);
+fn jets<const D: usize>(context: &Context, composite: &Composite<D>, parameters: &[f64], highest: usize) -> Result<Vec<Vec<Point<D>>>, Error> {
+    let sample = |curve: &Composite<D>| curve.evaluator(context)?.sample(context, parameters);
     let mut lists = vec![sample(composite)?];
     let mut derivative = None;
     for _ in 0..highest {
-        let next = derivative.as_ref().unwrap_or(composite).derivative()?;
+        let next = derivative.as_ref().unwrap_or(composite).derivative(context)?;
         lists.push(sample(derivative.insert(next))?);
     }
     Ok(lists)
 }
 
-fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> Result<Vec<f64>, Error> {
+fn parameters<const D: usize>(context: &Context, composite: &Composite<D>, sampling: &Sampling) -> Result<Vec<f64>, Error> {
     let (a, b) = composite.breaks().domain();
     match sampling {
         Sampling::Count(count) => Ok(uniform(a, b, *count as u32)),
@@ -165,7 +165,7 @@ fn parameters<const D: usize>(composite: &Composite<D>, sampling: &Sampling) -> 
         Sampling::Tolerance(tolerance) => {
             check_tolerance(*tolerance, composite.magnitude()).at("tolerance").at("sampling")?;
             composite.check_joined().at("curve")?;
-            let pieces = flat_pieces(composite, *tolerance, limits::effective().samples - 1).at("tolerance").at("sampling")?;
+            let pieces = flat_pieces(context, composite, *tolerance, context.limits.samples - 1).at("tolerance").at("sampling")?;
             Ok(std::iter::once(a).chain(pieces.into_iter().map(|piece| piece.end)).collect())
         }
     }
@@ -203,9 +203,9 @@ pub(crate) struct Piece<const D: usize> {
 
 /// Halves segments until every piece is within the tolerance of its chord, by the bound of
 /// [`chord_error`]: proved, not sampled. Pieces come in order.
-pub(crate) fn flat_pieces<const D: usize>(composite: &Composite<D>, tolerance: f64, most: usize) -> Result<Vec<Piece<D>>, Error> {
+pub(crate) fn flat_pieces<const D: usize>(context: &Context, composite: &Composite<D>, tolerance: f64, most: usize) -> Result<Vec<Piece<D>>, Error> {
     let mut pieces = Vec::new();
-    let mut pace = Pace::default();
+    let mut pace = context.pace();
     for (segment, Segment { points, .. }) in composite.locals().enumerate() {
         let (a, b) = composite.breaks().interval(segment);
         let mut stack = vec![(a, b, points.to_vec())];
@@ -228,7 +228,7 @@ pub(crate) fn flat_pieces<const D: usize>(composite: &Composite<D>, tolerance: f
 }
 
 fn frames<const D: usize>(
-    composite: &Composite<D>,
+    context: &Context, composite: &Composite<D>,
     parameters: &[f64],
     jets: &[Vec<Point<D>>],
     wanted: Quantities,
@@ -240,7 +240,7 @@ fn frames<const D: usize>(
     let gains = [composite.gains(1), composite.gains(2)];
     let mut segment = 0;
     let mut size = magnitude(composite.local(0).points);
-    let mut pace = Pace::default();
+    let mut pace = context.pace();
     for (index, &t) in parameters.iter().enumerate() {
         pace.step()?;
         let next = composite.breaks().segment_near(segment, t);

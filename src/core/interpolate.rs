@@ -1,5 +1,6 @@
 //! Composite cubics through points.
 
+use crate::core::context::Context;
 use super::basis::{Basis, Bezier, WayBack};
 use super::continuity::{Report, Tolerance, piecewise_continuity};
 use super::curve::{Bases, PerSegment, Piecewise, finite_points};
@@ -8,7 +9,6 @@ use super::knots::Breaks;
 use super::limits;
 use super::parameterization::Parameterization;
 use super::point::Point;
-use super::work;
 
 /// What holds at one end of an open curve.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -53,40 +53,40 @@ pub struct Interpolant<const D: usize> {
 /// distances make the knots. At `parameterization`: knots that do not fit. At `start` or `end`: a not-a-knot
 /// condition with too few points. At `basis` or `bases`: not a cubic basis with a way back to control points.
 pub fn interpolate<const D: usize>(
-    points: &[Point<D>],
+    context: &Context, points: &[Point<D>],
     shape: Shape<D>,
     bases: Bases,
     parameterization: &Parameterization,
 ) -> Result<Interpolant<D>, Error> {
-    check(points, shape)?;
+    check(context, points, shape)?;
     let closed = shape == Shape::Closed;
     let segments = points.len() - usize::from(!closed);
-    let ways = ways_back(&bases, segments)?;
-    let breaks = parameterization.knots(points, closed)?;
+    let ways = ways_back(context, &bases, segments)?;
+    let breaks = parameterization.knots(context, points, closed)?;
     let derivatives = match shape {
         Shape::Closed => closed_derivatives(points, &breaks),
         Shape::Open(start, end) => open_derivatives(points, breaks.as_slice(), start, end),
     };
     // Solving takes a few milliseconds for the most points allowed.
-    work::checkpoint()?;
-    let (curve, condition) = written_in(bases, &ways, closed, hermite(points, &derivatives, &breaks), breaks).map_err(overflow)?;
-    let continuity = piecewise_continuity(&curve, Tolerance::default())?;
+    context.checkpoint()?;
+    let (curve, condition) = written_in(context, bases, &ways, closed, hermite(points, &derivatives, &breaks), breaks).map_err(overflow)?;
+    let continuity = piecewise_continuity(context, &curve, Tolerance::default())?;
     Ok(Interpolant { curve, continuity, condition })
 }
 
 /// The curve with these joined Bezier points in other bases, and the largest condition number of those.
 fn written_in<const D: usize>(
-    bases: Bases,
+    context: &Context, bases: Bases,
     ways: &PerSegment<WayBack>,
     closed: bool,
     bezier: Vec<Point<D>>,
     breaks: Breaks,
 ) -> Result<(Piecewise<D>, f64), Error> {
     if bases.are_identity() {
-        return Ok((Piecewise::new(bases, 3, breaks, closed, bezier)?, 1.0));
+        return Ok((Piecewise::new(context, bases, 3, breaks, closed, bezier)?, 1.0));
     }
-    let curve = Piecewise::new(Bases::Common(Basis::Bezier(Bezier)), 3, breaks, closed, bezier)?;
-    Piecewise::by_ways(bases, ways, 3, &curve.composite()?, closed)
+    let curve = Piecewise::new(context, Bases::Common(Basis::Bezier(Bezier)), 3, breaks, closed, bezier)?;
+    Piecewise::by_ways(context, bases, ways, 3, &curve.composite(context)?, closed)
 }
 
 /// No point of the client's is at fault where a result is too large.
@@ -94,14 +94,14 @@ fn overflow(error: Error) -> Error {
     if error.fault == Fault::Overflow { Fault::Overflow.into() } else { error }
 }
 
-fn check<const D: usize>(points: &[Point<D>], shape: Shape<D>) -> Result<(), Error> {
+fn check<const D: usize>(context: &Context, points: &[Point<D>], shape: Shape<D>) -> Result<(), Error> {
     let in_points = |fault: Fault| fault.at("points");
     at_least("points", points.len(), if shape == Shape::Closed { 3 } else { 2 }).map_err(in_points)?;
-    at_most("points", points.len(), limits::effective().data_points, "Interpolate them in parts").map_err(in_points)?;
+    at_most("points", points.len(), context.limits.data_points, "Interpolate them in parts").map_err(in_points)?;
     let segments = points.len() - usize::from(shape != Shape::Closed);
-    at_most("segments", segments, limits::effective().segments, "Interpolate the points in parts").map_err(in_points)?;
+    at_most("segments", segments, context.limits.segments, "Interpolate the points in parts").map_err(in_points)?;
     let control_points = 3 * segments + 1;
-    at_most("control points in the answer", control_points, limits::effective().control_points, "Interpolate the points in parts")
+    at_most("control points in the answer", control_points, context.limits.control_points, "Interpolate the points in parts")
         .map_err(in_points)?;
     finite_points(points).at("points")?;
     if let Shape::Open(start, end) = shape {
@@ -118,10 +118,10 @@ fn check<const D: usize>(points: &[Point<D>], shape: Shape<D>) -> Result<(), Err
 }
 
 /// How control points are found; refuses a basis that cannot write every cubic, at `basis` or at its place in `bases`.
-fn ways_back(bases: &Bases, segments: usize) -> Result<PerSegment<WayBack>, Error> {
+fn ways_back(context: &Context, bases: &Bases, segments: usize) -> Result<PerSegment<WayBack>, Error> {
     bases.check_count(segments).at("bases")?;
-    bases.map(|i, basis| {
-        let way = basis.way_back(3).and_then(|way| basis.joinable(3).map(|()| way));
+    bases.map(context, |i, basis| {
+        let way = basis.way_back(context, 3).and_then(|way| basis.joinable(context, 3).map(|()| way));
         match bases {
             Bases::Common(_) => way.at("basis"),
             Bases::PerSegment(_) => way.at(i).at("bases"),

@@ -1,5 +1,6 @@
 //! Moving control points so that curves join smoothly.
 
+use crate::core::context::Context;
 use super::basis::Basis;
 use super::continuity::{Class, Report, Tolerance, continuity};
 use super::curve::{Bases, Piecewise, Single};
@@ -9,7 +10,6 @@ use super::knots::Breaks;
 use super::least_change::{Condition, least_change};
 use super::limits;
 use super::point::{Point, magnitude};
-use super::work;
 
 /// Curves in one join.
 pub const CURVES: usize = 1000;
@@ -109,18 +109,18 @@ struct Link {
 /// # Errors
 /// At `curves`: fewer than 2 or more than [`CURVES`], different orders, a basis that does not start and end at its control points,
 /// coordinates too large to compute with. At `smoothness`: a class that the points allowed to move cannot reach, with the joint.
-pub fn join<const D: usize>(curves: Vec<Single<D>>, smoothness: Smoothness, movable: Movable) -> Result<Joined<D>, Error> {
-    check(&curves).at("curves")?;
+pub fn join<const D: usize>(context: &Context, curves: Vec<Single<D>>, smoothness: Smoothness, movable: Movable) -> Result<Joined<D>, Error> {
+    check(context, &curves).at("curves")?;
     let mut chain = Chain::new(curves, smoothness, movable);
     if smoothness.geometric() {
-        chain.descend()?;
+        chain.descend(context)?;
     } else {
-        chain.points = chain.solve(|left| chain.linked(left, Link { r: 1.0, s: 0.0 }))?;
+        chain.points = chain.solve(context, |left| chain.linked(left, Link { r: 1.0, s: 0.0 }))?;
     }
-    chain.finish()
+    chain.finish(context)
 }
 
-fn check<const D: usize>(curves: &[Single<D>]) -> Result<(), Error> {
+fn check<const D: usize>(context: &Context, curves: &[Single<D>]) -> Result<(), Error> {
     at_least("curves", curves.len(), 2)?;
     at_most("curves", curves.len(), CURVES, "Join them in groups")?;
     let expected = curves[0].order() + 1;
@@ -130,8 +130,8 @@ fn check<const D: usize>(curves: &[Single<D>]) -> Result<(), Error> {
             let count = curve.order() + 1;
             return Err(Fault::WrongCount { what: "control points", count, expected, rule }.at("control_points").at(i));
         }
-        work::checkpoint()?;
-        curve.basis().joinable(curve.order()).at(i)?;
+        context.checkpoint()?;
+        curve.basis().joinable(context, curve.order()).at(i)?;
     }
     Ok(())
 }
@@ -216,27 +216,27 @@ impl<const D: usize> Chain<D> {
     }
 
     /// The links that a function gives the joints; each may take milliseconds.
-    fn each_joint(&self, link: impl Fn(usize) -> Link) -> Result<Vec<Link>, Error> {
+    fn each_joint(&self, context: &Context, link: impl Fn(usize) -> Link) -> Result<Vec<Link>, Error> {
         let joints = 0..self.bases.len() - 1;
-        joints.map(|left| work::checkpoint().map(|()| link(left))).collect()
+        joints.map(|left| context.checkpoint().map(|()| link(left))).collect()
     }
 
     /// Improves the links from those of the original points, as long as that lessens the sum of squared moves. Every trial meets the
     /// class for its links; the direction is that of the linearised problem, which leads down to first order.
-    fn descend(&mut self) -> Result<(), Error> {
+    fn descend(&mut self, context: &Context) -> Result<(), Error> {
         const STEPS: usize = 50;
         const SHORTEST: f64 = 1e-3;
         let joints = self.bases.len() - 1;
         let usable = |r: f64| if r > 0.0 && r.is_finite() { r } else { 1.0 };
         let start = |left| self.link(left, |ratio, _| usable(ratio)).unwrap_or(Link { r: 1.0, s: 0.0 });
-        let start = self.each_joint(start)?;
+        let start = self.each_joint(context, start)?;
         let mut links = start.clone();
-        self.points = self.solve(|left| self.linked(left, links[left]))?;
+        self.points = self.solve(context, |left| self.linked(left, links[left]))?;
         for _ in 0..STEPS {
-            let linear = (0..joints).map(|left| self.linearised(left)).collect::<Result<Vec<_>, _>>()?;
+            let linear = (0..joints).map(|left| self.linearised(context, left)).collect::<Result<Vec<_>, _>>()?;
             let (best, cost) = (self.points.clone(), self.cost(&self.points));
-            self.points = self.solve(|left| linear[left].clone())?;
-            let wanted = self.each_joint(|left| {
+            self.points = self.solve(context, |left| linear[left].clone())?;
+            let wanted = self.each_joint(context, |left| {
                 let usual = start[left].r;
                 let near = |_, along: f64| along.clamp(usual / SPEED_RATIO, usual * SPEED_RATIO);
                 self.link(left, near).unwrap_or(links[left])
@@ -245,7 +245,7 @@ impl<const D: usize> Chain<D> {
             let better = loop {
                 let between = |(a, b): (&Link, &Link)| Link { r: a.r + fraction * (b.r - a.r), s: a.s + fraction * (b.s - a.s) };
                 let trial: Vec<Link> = links.iter().zip(&wanted).map(between).collect();
-                let points = self.solve(|left| self.linked(left, trial[left]))?;
+                let points = self.solve(context, |left| self.linked(left, trial[left]))?;
                 // A trial whose numbers overflow compares as no better.
                 if self.cost(&points) < cost * (1.0 - 1e-12) {
                     break Some((points, trial));
@@ -270,21 +270,21 @@ impl<const D: usize> Chain<D> {
     }
 
     /// The points after the least moves from the original ones that meet the conditions of every joint.
-    fn solve(&self, conditions: impl Fn(usize) -> Vec<Condition>) -> Result<Vec<Point<D>>, Error> {
+    fn solve(&self, context: &Context, conditions: impl Fn(usize) -> Vec<Condition>) -> Result<Vec<Point<D>>, Error> {
         let mut joints = Vec::new();
         for left in 0..self.bases.len() - 1 {
-            work::checkpoint()?;
+            context.checkpoint()?;
             joints.extend(conditions(left));
         }
-        let change = least_change(self.points.len() * D, joints, 0)?;
+        let change = least_change(context, self.points.len() * D, joints, 0)?;
         let moved = |(i, p): (usize, &Point<D>)| *p + Point(std::array::from_fn(|axis| change.values[i * D + axis]));
         Ok(self.original.iter().enumerate().map(moved).collect())
     }
 
     /// The components across the tangent `t` of: C'(right) = r C'(left), and C''(right) = r^2 C''(left) + s C'(left), with `r` and `s` as
     /// they are now. Along the tangent both are met by the choice of `r` and `s`, which follow the moves to first order.
-    fn linearised(&self, left: usize) -> Result<Vec<Condition>, Error> {
-        work::checkpoint()?;
+    fn linearised(&self, context: &Context, left: usize) -> Result<Vec<Condition>, Error> {
+        context.checkpoint()?;
         let right = left + 1;
         let mut conditions = self.meeting(left);
         let rows = |k: usize| (self.row(left, k, Side::End), self.row(right, k, Side::Start));
@@ -342,7 +342,7 @@ impl<const D: usize> Chain<D> {
         condition
     }
 
-    fn finish(self) -> Result<Joined<D>, Error> {
+    fn finish(self, context: &Context) -> Result<Joined<D>, Error> {
         let per_curve = self.order + 1;
         let moves: Vec<f64> = self.points.iter().zip(&self.original).map(|(p, q)| p.distance(*q)).collect();
         let mut joints = vec![0.0];
@@ -359,9 +359,9 @@ impl<const D: usize> Chain<D> {
         let placed = |error: Error| error.fault.at("curves");
         let gaps = (1..self.bases.len()).map(|i| self.points[i * per_curve - 1].distance(self.points[i * per_curve]));
         let gap = gaps.fold(0.0, f64::max);
-        let curve = Piecewise::new(Bases::PerSegment(self.bases), self.order, Breaks::new(joints).map_err(placed)?, false, points)
+        let curve = Piecewise::new(context, Bases::PerSegment(self.bases), self.order, Breaks::new(context, joints).map_err(placed)?, false, points)
             .map_err(placed)?;
-        let continuity = continuity(&curve.composite()?, false, Tolerance::default())?;
+        let continuity = continuity(context, &curve.composite(context)?, false, Tolerance::default())?;
         let together = gap <= limits::CONTINUITY_TOLERANCE * magnitude(curve.control_points());
         if !(together && smoothness.met_by(&continuity)) {
             return Err(Fault::UnsuitableCurve(impossible(smoothness, &continuity)).at("smoothness"));

@@ -1,5 +1,6 @@
 //! Knot vectors that cannot be invalid.
 
+use crate::core::context::Context;
 use super::error::{Error, Fault, at_least, at_most, increasing};
 use super::limits;
 
@@ -83,9 +84,9 @@ impl Breaks {
     ///
     /// # Errors
     /// Fewer than 2, more than [`limits::SEGMENTS`] + 1; at the offending knot, one that does not increase.
-    pub fn new(knots: Vec<f64>) -> Result<Self, Error> {
+    pub fn new(context: &Context, knots: Vec<f64>) -> Result<Self, Error> {
         at_least("knots", knots.len(), 2)?;
-        at_most("segments", knots.len() - 1, limits::effective().segments, "Send the curve in parts")?;
+        at_most("segments", knots.len() - 1, context.limits.segments, "Send the curve in parts")?;
         increasing("knots", &knots, true)?;
         if !(knots[knots.len() - 1] - knots[0]).is_finite() {
             return Err(Fault::Overflow.into());

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::core::context::Context;
 use super::error::Error;
 use super::singular_values::decomposed;
-use super::work::{self, Pace};
 
 /// One condition: a combination of changes that must have a value.
 #[derive(Debug, Clone, Default)]
@@ -54,30 +54,30 @@ const DEPENDENT: f64 = 1e-13;
 
 /// The change of least sum of squares that meets the conditions, of which the last `seam` may couple both ends.
 /// O(conditions * band^2). Dependent conditions are left out; `violation` tells whether they hold all the same.
-pub(crate) fn least_change(variables: usize, conditions: Vec<Condition>, seam: usize) -> Result<Change, Error> {
-    let system = System::new(variables, conditions, seam)?;
-    let factors = system.factor()?;
+pub(crate) fn least_change(context: &Context, variables: usize, conditions: Vec<Condition>, seam: usize) -> Result<Change, Error> {
+    let system = System::new(context, variables, conditions, seam)?;
+    let factors = system.factor(context)?;
     let mut values = vec![0.0; variables];
     // The first round solves; the others remove what its rounding left.
     for _ in 0..3 {
-        let residual = system.residual(&values)?;
-        let multipliers = system.solve(&factors, residual)?;
-        let mut pace = Pace::default();
+        let residual = system.residual(context, &values)?;
+        let multipliers = system.solve(context, &factors, residual)?;
+        let mut pace = context.pace();
         for (value, column) in values.iter_mut().zip(&system.columns) {
             pace.step()?;
             *value += column.iter().map(|&(i, c)| c * multipliers[i]).sum::<f64>();
         }
     }
-    let violations = system.residual(&values)?;
+    let violations = system.residual(context, &values)?;
     let worst = (0..violations.len()).max_by(|&a, &b| violations[a].abs().total_cmp(&violations[b].abs()));
     Ok(Change { violation: worst.map_or(0.0, |i| violations[i].abs()), worst: worst.unwrap_or(0), values })
 }
 
 impl System {
-    fn new(variables: usize, mut conditions: Vec<Condition>, seam: usize) -> Result<Self, Error> {
+    fn new(context: &Context, variables: usize, mut conditions: Vec<Condition>, seam: usize) -> Result<Self, Error> {
         let banded = conditions.len() - seam;
         let mut columns = vec![Vec::new(); variables];
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for (i, condition) in conditions.iter_mut().enumerate() {
             pace.step()?;
             let length = condition.terms.iter().map(|(_, c)| c * c).sum::<f64>().sqrt();
@@ -93,21 +93,21 @@ impl System {
             let inside = || column.iter().map(|&(i, _)| i).filter(|&i| i < banded);
             inside().max().zip(inside().min()).map_or(0, |(last, first)| last - first)
         };
-        let width = work::collect(columns.iter().map(reach))?.into_iter().max().unwrap_or(0);
+        let width = context.collect(columns.iter().map(reach))?.into_iter().max().unwrap_or(0);
         Ok(System { conditions, columns, banded, width })
     }
 
-    fn residual(&self, values: &[f64]) -> Result<Vec<f64>, Error> {
+    fn residual(&self, context: &Context, values: &[f64]) -> Result<Vec<f64>, Error> {
         let rest = |c: &Condition| c.right - c.terms.iter().map(|&(v, c)| c * values[v]).sum::<f64>();
-        work::collect(self.conditions.iter().map(rest))
+        context.collect(self.conditions.iter().map(rest))
     }
 
     /// The Gram matrix: row `i` of its band, the diagonal last, and its border.
-    fn gram(&self) -> Result<(Vec<Vec<f64>>, DMatrix<f64>), Error> {
+    fn gram(&self, context: &Context) -> Result<(Vec<Vec<f64>>, DMatrix<f64>), Error> {
         let mut band = vec![vec![0.0; self.width + 1]; self.banded];
         let seam = self.conditions.len() - self.banded;
         let mut border = DMatrix::zeros(self.conditions.len(), seam);
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for column in &self.columns {
             pace.step()?;
             for &(i, a) in column {
@@ -123,11 +123,11 @@ impl System {
         Ok((band, border))
     }
 
-    fn factor(&self) -> Result<Factors, Error> {
-        let (mut lower, border) = self.gram()?;
+    fn factor(&self, context: &Context) -> Result<Factors, Error> {
+        let (mut lower, border) = self.gram(context)?;
         let width = self.width;
         let mut reciprocal = vec![0.0; self.banded];
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for i in 0..self.banded {
             pace.step()?;
             for j in i.saturating_sub(width)..i {
@@ -143,16 +143,16 @@ impl System {
         let seam = border.ncols();
         let coupling: Vec<Vec<f64>> = (0..seam).map(|s| border.column(s).iter().copied().take(self.banded).collect()).collect();
         let mut factors = Factors { lower, reciprocal, coupling, border: Vec::new(), complement: DMatrix::zeros(seam, seam) };
-        factors.border = factors.coupling.iter().map(|column| self.solve_band(&factors, column.clone())).collect::<Result<_, _>>()?;
+        factors.border = factors.coupling.iter().map(|column| self.solve_band(context, &factors, column.clone())).collect::<Result<_, _>>()?;
         factors.complement =
             DMatrix::from_fn(seam, seam, |r, s| border[(self.banded + r, s)] - dot(&factors.coupling[r], &factors.border[s]));
         Ok(factors)
     }
 
     /// Solves with the band alone.
-    fn solve_band(&self, factors: &Factors, mut right: Vec<f64>) -> Result<Vec<f64>, Error> {
+    fn solve_band(&self, context: &Context, factors: &Factors, mut right: Vec<f64>) -> Result<Vec<f64>, Error> {
         let width = self.width;
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for i in 0..right.len() {
             pace.step()?;
             let dot: f64 = (i.saturating_sub(width)..i).map(|k| factors.lower[i][width - (i - k)] * factors.reciprocal[k] * right[k]).sum();
@@ -167,9 +167,9 @@ impl System {
     }
 
     /// Solves with the whole Gram matrix.
-    fn solve(&self, factors: &Factors, mut right: Vec<f64>) -> Result<Vec<f64>, Error> {
+    fn solve(&self, context: &Context, factors: &Factors, mut right: Vec<f64>) -> Result<Vec<f64>, Error> {
         let seam = right.split_off(self.banded);
-        let band = self.solve_band(factors, right)?;
+        let band = self.solve_band(context, factors, right)?;
         if seam.is_empty() {
             return Ok(band);
         }

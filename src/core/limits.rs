@@ -1,8 +1,7 @@
 //! Every size the core accepts, in one table. The specification names the constants; they are the ceilings of what an operator may
-//! allow, and checks and their messages read [`effective`].
+//! allow, and checks and their messages read those of the [`Context`](super::context::Context).
 
 use std::ops::RangeInclusive;
-use std::sync::OnceLock;
 
 use super::error::{Error, Fault};
 
@@ -48,8 +47,6 @@ pub const CEILING: Limits = Limits {
     segments: SEGMENTS,
 };
 
-static LOWERED: OnceLock<Limits> = OnceLock::new();
-
 impl Default for Limits {
     fn default() -> Self {
         CEILING
@@ -70,24 +67,20 @@ impl Limits {
     }
 }
 
-/// Lowers the limits of this process: once, before the first computation.
-///
-/// # Errors
-/// At the field: [`Fault::OutOfRange`]. [`Fault::Contradiction`] where they were set before.
-pub fn lower(limits: Limits) -> Result<(), Error> {
-    for (what, value, range) in limits.ranges() {
-        if !range.contains(&value) {
-            let allowed = format!("{} <= {what} <= {}", range.start(), range.end());
-            return Err(Fault::OutOfRange { what, value: value as f64, allowed }.at(what));
+impl Limits {
+    /// These limits, if each is one that may be set.
+    ///
+    /// # Errors
+    /// At the field: [`Fault::OutOfRange`].
+    pub fn checked(self) -> Result<Self, Error> {
+        for (what, value, range) in self.ranges() {
+            if !range.contains(&value) {
+                let allowed = format!("{} <= {what} <= {}", range.start(), range.end());
+                return Err(Fault::OutOfRange { what, value: value as f64, allowed }.at(what));
+            }
         }
+        Ok(self)
     }
-    let again = |_| Fault::Contradiction("the limits of this process were set before, and are set only once".into());
-    Ok(LOWERED.set(limits).map_err(again)?)
-}
-
-/// The limits that hold.
-pub fn effective() -> &'static Limits {
-    LOWERED.get().unwrap_or(&CEILING)
 }
 
 /// Curves in one picture.

@@ -8,6 +8,8 @@
 pub mod basis;
 pub mod basis_functions;
 pub mod bezier_form;
+pub mod cancellation;
+pub mod context;
 pub mod continuity;
 pub mod convert;
 pub mod curve;
@@ -34,4 +36,3 @@ mod singular_values;
 pub mod subdivide;
 pub mod surface;
 pub mod to_bspline;
-pub mod work;

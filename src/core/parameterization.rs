@@ -1,5 +1,6 @@
 //! How data points get their parameters.
 
+use crate::core::context::Context;
 use super::error::{At, Error, Fault, increasing};
 use super::knots::Breaks;
 use super::point::Point;
@@ -34,7 +35,7 @@ impl Parameterization {
     /// At `points`: neighbours that coincide, or that their distance along the curve cannot tell apart, or does not
     /// fit a double, where distances are used. At `parameterization`:
     /// given knots that are too few, too many, or do not increase strictly.
-    pub fn knots<const D: usize>(&self, points: &[Point<D>], closed: bool) -> Result<Breaks, Error> {
+    pub fn knots<const D: usize>(&self, context: &Context, points: &[Point<D>], closed: bool) -> Result<Breaks, Error> {
         let count = points.len() + usize::from(closed);
         let knots = match self {
             Parameterization::Given(knots) => {
@@ -65,7 +66,7 @@ impl Parameterization {
             let repeated = Fault::RepeatedPoint { parameterization: self.name(), closing };
             return Err(repeated.at(if closing { i - 1 } else { i }).at("points"));
         }
-        Breaks::new(knots)
+        Breaks::new(context, knots)
     }
 
     /// The running sums of the rule: `count` parameters from 0, each at least the one before. Given parameters as they are.

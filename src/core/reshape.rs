@@ -1,5 +1,6 @@
 //! New shape parameters on fixed control points.
 
+use crate::core::context::Context;
 use super::continuity::{Class, Report, Tolerance, continuity};
 use super::curve::{Bases, Composite, Curve, Piecewise, Single};
 use super::distance::largest_distance;
@@ -7,7 +8,6 @@ use super::error::{At, Error, Fault};
 use super::joint_rows::{Side, derivative_row};
 use super::least_change::{Condition, least_change};
 use super::point::Point;
-use super::work;
 
 /// What must survive at the joints.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -46,20 +46,20 @@ pub struct Reshaped<const D: usize> {
 /// # Errors
 /// At `curve`: a B-spline. At `basis` or `bases`: as many as segments, suiting the order. At `keep`: a joint without enough free
 /// control points; a basis without a way back for [`Keep::C2`].
-pub fn reshape<const D: usize>(curve: &Curve<D>, bases: Bases, keep: Keep) -> Result<Reshaped<D>, Error> {
-    let old = curve.composite().at("curve")?;
+pub fn reshape<const D: usize>(context: &Context, curve: &Curve<D>, bases: Bases, keep: Keep) -> Result<Reshaped<D>, Error> {
+    let old = curve.composite(context).at("curve")?;
     let new = match curve {
         Curve::BSpline(_) => {
             let why = "a bspline has no shape parameters; convert it to another basis first";
             return Err(Fault::UnsuitableCurve(why.into()).at("curve"));
         }
-        Curve::Single(single) => Curve::Single(reshaped_single(single, bases, keep)?),
-        Curve::Piecewise(piecewise) => Curve::Piecewise(reshaped_piecewise(piecewise, &old, bases, keep)?),
+        Curve::Single(single) => Curve::Single(reshaped_single(context, single, bases, keep)?),
+        Curve::Piecewise(piecewise) => Curve::Piecewise(reshaped_piecewise(context, piecewise, &old, bases, keep)?),
     };
-    let composite = new.composite()?;
+    let composite = new.composite(context)?;
     Ok(Reshaped {
-        continuity: continuity(&composite, curve.closed(), Tolerance::default())?,
-        curve_moved: largest_distance(&old, &composite)?,
+        continuity: continuity(context, &composite, curve.closed(), Tolerance::default())?,
+        curve_moved: largest_distance(context, &old, &composite)?,
         points_moved: points_moved(curve, &new),
         curve: new,
     })
@@ -76,43 +76,43 @@ fn check_degree<const D: usize>(old: &Composite<D>, order: usize) -> Result<(), 
     )))
 }
 
-fn reshaped_single<const D: usize>(single: &Single<D>, bases: Bases, keep: Keep) -> Result<Single<D>, Error> {
+fn reshaped_single<const D: usize>(context: &Context, single: &Single<D>, bases: Bases, keep: Keep) -> Result<Single<D>, Error> {
     bases.check_count(1).at("bases")?;
     let basis = bases.of(0).clone();
     let points = match keep {
         Keep::C2 => {
-            check_degree(&single.composite()?, single.order()).at("keep")?;
-            basis.way_back(single.order()).at("keep")?.control_points(&single.bezier_points())
+            check_degree(&single.composite(context)?, single.order()).at("keep")?;
+            basis.way_back(context, single.order()).at("keep")?.control_points(&single.bezier_points())
         }
         _ => single.control_points().to_vec(),
     };
-    Single::new(basis, points).map_err(|error| Error::from(error.fault).at("basis"))
+    Single::new(context, basis, points).map_err(|error| Error::from(error.fault).at("basis"))
 }
 
 fn reshaped_piecewise<const D: usize>(
-    old: &Piecewise<D>,
+    context: &Context, old: &Piecewise<D>,
     composite: &Composite<D>,
     bases: Bases,
     keep: Keep,
 ) -> Result<Piecewise<D>, Error> {
     let (order, breaks, closed) = (old.order(), old.breaks(), old.closed());
     bases.check_count(breaks.segments()).at("bases")?;
-    bases.check_each(|basis| if keep == Keep::C2 { basis.way_back(order).map(drop) } else { basis.joinable(order) })?;
+    bases.check_each(context, |basis| if keep == Keep::C2 { basis.way_back(context, order).map(drop) } else { basis.joinable(context, order) })?;
     if keep == Keep::C2 {
         check_degree(composite, order).at("keep")?;
-        return Ok(Piecewise::from_composite(bases, order, composite, closed)?.0);
+        return Ok(Piecewise::from_composite(context, bases, order, composite, closed)?.0);
     }
     let mut points = old.control_points().to_vec();
-    let bent = Piecewise::new(bases, order, breaks.clone(), closed, points.clone())?;
+    let bent = Piecewise::new(context, bases, order, breaks.clone(), closed, points.clone())?;
     if keep == Keep::Nothing {
         return Ok(bent);
     }
-    let kept = kept_joints(old, composite, keep)?;
-    let changes = mend(&bent, &kept).at("keep")?;
+    let kept = kept_joints(context, old, composite, keep)?;
+    let changes = mend(context, &bent, &kept).at("keep")?;
     for (point, change) in points.iter_mut().zip(changes) {
         *point += change;
     }
-    Piecewise::new(bent.bases().clone(), order, breaks.clone(), closed, points)
+    Piecewise::new(context, bent.bases().clone(), order, breaks.clone(), closed, points)
 }
 
 /// A joint to keep smooth: its segments, and the ratio of the speeds after and before it.
@@ -124,10 +124,10 @@ struct Kept {
 }
 
 /// The joints at which the old curve had the class to keep.
-fn kept_joints<const D: usize>(old: &Piecewise<D>, composite: &Composite<D>, keep: Keep) -> Result<Vec<Kept>, Error> {
+fn kept_joints<const D: usize>(context: &Context, old: &Piecewise<D>, composite: &Composite<D>, keep: Keep) -> Result<Vec<Kept>, Error> {
     let segments = old.breaks().segments();
-    let report = continuity(composite, old.closed(), Tolerance::default())?;
-    let derivative = composite.derivative()?;
+    let report = continuity(context, composite, old.closed(), Tolerance::default())?;
+    let derivative = composite.derivative(context)?;
     let joint = |(i, joint): (usize, &super::continuity::Joint)| {
         let (left, right) = (i, (i + 1) % segments);
         let (before, after) = (derivative.local(left).last(), derivative.local(right).first());
@@ -142,7 +142,7 @@ fn kept_joints<const D: usize>(old: &Piecewise<D>, composite: &Composite<D>, kee
 }
 
 /// The least changes of inner control points that make the end derivatives at the kept joints agree.
-fn mend<const D: usize>(curve: &Piecewise<D>, kept: &[Kept]) -> Result<Vec<Point<D>>, Error> {
+fn mend<const D: usize>(context: &Context, curve: &Piecewise<D>, kept: &[Kept]) -> Result<Vec<Point<D>>, Error> {
     let order = curve.order();
     let row = |segment: usize, side: Side| {
         let (a, b) = curve.breaks().interval(segment);
@@ -151,7 +151,7 @@ fn mend<const D: usize>(curve: &Piecewise<D>, kept: &[Kept]) -> Result<Vec<Point
     let count = curve.control_points().len();
     let mut conditions = Vec::with_capacity(kept.len() * D);
     for joint in kept {
-        work::checkpoint()?;
+        context.checkpoint()?;
         let before = row(joint.left, Side::End).into_iter().map(|c| -joint.ratio * c).collect::<Vec<_>>();
         let after = row(joint.right, Side::Start);
         for axis in 0..D {
@@ -169,7 +169,7 @@ fn mend<const D: usize>(curve: &Piecewise<D>, kept: &[Kept]) -> Result<Vec<Point
         }
     }
     let seam = if kept.last().is_some_and(|joint| joint.right <= joint.left) { D } else { 0 };
-    let change = least_change(count * D, conditions, seam)?;
+    let change = least_change(context, count * D, conditions, seam)?;
     let allowed = 1e-9 * super::point::magnitude(curve.control_points());
     if change.violation > allowed {
         let t = kept[change.worst / D].parameter;

@@ -1,5 +1,6 @@
 //! Cutting a curve into pieces that together run over the same curve.
 
+use crate::core::context::Context;
 use super::basis::{Basis, Bezier};
 use super::bezier_form::{evaluate, split};
 use super::curve::{Bases, Composite, Curve, Piecewise, Segment};
@@ -9,7 +10,6 @@ use super::evaluate::{Piece, check_distance, check_tolerance, flat_pieces};
 use super::knots::Breaks;
 use super::limits;
 use super::point::Point;
-use super::work::{self, Pace};
 
 /// Where to cut.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,8 +69,8 @@ pub struct Subdivision<const D: usize> {
 /// # Errors
 /// At `at`: parameters that do not increase or leave the domain, a tolerance below rounding, more pieces than
 /// [`limits::SEGMENTS`]. At `form`: the family form of a curve that has none. At `curve`: a B-spline that jumps.
-pub fn subdivide<const D: usize>(curve: &Curve<D>, cuts: &Cuts, form: Form) -> Result<Subdivision<D>, Error> {
-    let composite = curve.composite().at("curve")?;
+pub fn subdivide<const D: usize>(context: &Context, curve: &Curve<D>, cuts: &Cuts, form: Form) -> Result<Subdivision<D>, Error> {
+    let composite = curve.composite(context).at("curve")?;
     let settled = match cuts {
         Cuts::Parameters(values) => {
             let domain = Domain { ends: composite.breaks().domain(), name: "t", of: "curve" };
@@ -79,18 +79,18 @@ pub fn subdivide<const D: usize>(curve: &Curve<D>, cuts: &Cuts, form: Form) -> R
         Cuts::Depth(_) | Cuts::Flatness(_) => Vec::new(),
     };
     let pieces = match cuts {
-        Cuts::Parameters(_) => cut_at(&composite, &settled).at("values"),
-        Cuts::Depth(depth) => halved(&composite, *depth).at("depth"),
-        Cuts::Flatness(tolerance) => flat(&composite, *tolerance).at("tolerance"),
+        Cuts::Parameters(_) => cut_at(context, &composite, &settled).at("values"),
+        Cuts::Depth(depth) => halved(context, &composite, *depth).at("depth"),
+        Cuts::Flatness(tolerance) => flat(context, &composite, *tolerance).at("tolerance"),
     };
     let pieces = pieces.at("at")?;
     let segments = pieces.iter().map(|piece| Segment { origin: composite.local(piece.segment).origin, points: &piece.points });
-    let cut = Composite::from_segments(breaks(&composite, &pieces)?, segments)?;
+    let cut = Composite::from_segments(context, breaks(context, &composite, &pieces)?, segments)?;
     cut.check_joined().at("curve")?;
-    let (in_family, (pieces_curve, condition)) = assemble(curve, &cut, &pieces, form)?;
+    let (in_family, (pieces_curve, condition)) = assemble(context, curve, &cut, &pieces, form)?;
     let (split_parameters, split_points) = match cuts {
         Cuts::Parameters(_) => {
-            let points = work::collect(settled.iter().map(|&t| point_at(&composite, t)))?;
+            let points = context.collect(settled.iter().map(|&t| point_at(&composite, t)))?;
             (settled, points)
         }
         _ => new_joints(&composite, &cut),
@@ -98,9 +98,9 @@ pub fn subdivide<const D: usize>(curve: &Curve<D>, cuts: &Cuts, form: Form) -> R
     Ok(Subdivision { curve: pieces_curve, split_parameters, split_points, in_family, condition })
 }
 
-fn breaks<const D: usize>(composite: &Composite<D>, pieces: &[Piece<D>]) -> Result<Breaks, Error> {
+fn breaks<const D: usize>(context: &Context, composite: &Composite<D>, pieces: &[Piece<D>]) -> Result<Breaks, Error> {
     let start = composite.breaks().domain().0;
-    Breaks::new(std::iter::once(start).chain(pieces.iter().map(|piece| piece.end)).collect())
+    Breaks::new(context, std::iter::once(start).chain(pieces.iter().map(|piece| piece.end)).collect())
 }
 
 fn point_at<const D: usize>(composite: &Composite<D>, t: f64) -> Point<D> {
@@ -118,12 +118,12 @@ fn new_joints<const D: usize>(composite: &Composite<D>, cut: &Composite<D>) -> (
 }
 
 /// Cuts each segment at the parameters inside it, from left to right; all are inside the domain.
-fn cut_at<const D: usize>(composite: &Composite<D>, values: &[f64]) -> Result<Vec<Piece<D>>, Error> {
+fn cut_at<const D: usize>(context: &Context, composite: &Composite<D>, values: &[f64]) -> Result<Vec<Piece<D>>, Error> {
     increasing("split parameters", values, true)?;
-    let most = limits::effective().segments.saturating_sub(composite.breaks().segments());
+    let most = context.limits.segments.saturating_sub(composite.breaks().segments());
     at_most("cuts", values.len(), most, "Cut the curve in parts")?;
     let mut pieces = Vec::with_capacity(values.len() + composite.breaks().segments());
-    let mut pace = Pace::default();
+    let mut pace = context.pace();
     for (segment, Segment { points, .. }) in composite.locals().enumerate() {
         pace.step()?;
         let (mut start, end) = composite.breaks().interval(segment);
@@ -140,17 +140,17 @@ fn cut_at<const D: usize>(composite: &Composite<D>, values: &[f64]) -> Result<Ve
     Ok(pieces)
 }
 
-fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<Piece<D>>, Error> {
+fn halved<const D: usize>(context: &Context, composite: &Composite<D>, depth: usize) -> Result<Vec<Piece<D>>, Error> {
     const ADVICE: &str = "Choose a smaller depth: every step doubles the pieces";
     let per_segment = 1usize.checked_shl(depth.min(usize::BITS as usize) as u32).unwrap_or(usize::MAX);
     let pieces = per_segment.saturating_mul(composite.breaks().segments());
-    at_most("pieces", pieces, limits::effective().segments, ADVICE)?;
+    at_most("pieces", pieces, context.limits.segments, ADVICE)?;
     let breaks = composite.breaks();
     let whole = composite.locals().enumerate().map(|(segment, Segment { points, .. })| {
         let (start, end) = breaks.interval(segment);
         (start, Piece { segment, end, points: points.to_vec() })
     });
-    let whole = work::collect(whole)?;
+    let whole = context.collect(whole)?;
     let too_short = |i: usize| {
         let (a, b) = breaks.interval(i);
         let step = (b - a) / per_segment as f64;
@@ -169,36 +169,36 @@ fn halved<const D: usize>(composite: &Composite<D>, depth: usize) -> Result<Vec<
             let first = Piece { segment: piece.segment, end: middle, points: left };
             [(start, first), (middle, Piece { points: right, ..piece })]
         };
-        work::collect(pieces.into_iter().flat_map(halves))
+        context.collect(pieces.into_iter().flat_map(halves))
     };
     let pieces = (0..depth).try_fold(whole, |pieces, _| halve(pieces))?;
     Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
 }
 
-fn flat<const D: usize>(composite: &Composite<D>, tolerance: f64) -> Result<Vec<Piece<D>>, Error> {
+fn flat<const D: usize>(context: &Context, composite: &Composite<D>, tolerance: f64) -> Result<Vec<Piece<D>>, Error> {
     check_tolerance(tolerance, composite.magnitude())?;
-    flat_pieces(composite, tolerance, limits::effective().segments)
+    flat_pieces(context, composite, tolerance, context.limits.segments)
 }
 
 /// The pieces as a piecewise curve: in the family if asked for and possible, else as Bezier curves.
 fn assemble<const D: usize>(
-    curve: &Curve<D>,
+    context: &Context, curve: &Curve<D>,
     cut: &Composite<D>,
     pieces: &[Piece<D>],
     form: Form,
 ) -> Result<(bool, (Piecewise<D>, f64)), Error> {
     if form != Form::Bezier {
-        match in_family(curve, cut, pieces) {
+        match in_family(context, curve, cut, pieces) {
             Ok(family) => return Ok((true, family)),
             Err(error) if form == Form::Family => return Err(Error::from(error.fault).at("form")),
-            Err(_) => work::checkpoint()?,
+            Err(_) => context.checkpoint()?,
         }
     }
     let bases = Bases::Common(Basis::Bezier(Bezier));
-    Ok((false, Piecewise::from_composite(bases, cut.degree(), cut, cut.closes(curve.closed()))?))
+    Ok((false, Piecewise::from_composite(context, bases, cut.degree(), cut, cut.closes(curve.closed()))?))
 }
 
-fn in_family<const D: usize>(curve: &Curve<D>, cut: &Composite<D>, pieces: &[Piece<D>]) -> Result<(Piecewise<D>, f64), Error> {
+fn in_family<const D: usize>(context: &Context, curve: &Curve<D>, cut: &Composite<D>, pieces: &[Piece<D>]) -> Result<(Piecewise<D>, f64), Error> {
     let (bases, order) = match curve {
         Curve::Single(single) => (Bases::Common(single.basis().clone()), single.order()),
         Curve::Piecewise(piecewise) => (inherited(piecewise.bases(), pieces), piecewise.order()),
@@ -206,7 +206,7 @@ fn in_family<const D: usize>(curve: &Curve<D>, cut: &Composite<D>, pieces: &[Pie
             return Err(Fault::UnsuitableCurve("the pieces of a bspline are bezier curves; ask for the form bezier or auto".into()).into());
         }
     };
-    Piecewise::from_composite(bases, order, cut, cut.closes(curve.closed()))
+    Piecewise::from_composite(context, bases, order, cut, cut.closes(curve.closed()))
 }
 
 /// Each piece has the basis of the segment it was cut from.

@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
-use crate::core::work::checkpoint;
 use crate::draw::cubics::drawable;
 use crate::draw::frame::Frame;
 use crate::draw::text::{escape, number};
@@ -34,7 +33,7 @@ impl Canvas {
     /// # Errors
     /// [`Fault::Overflow`] where a coordinate was no number; [`Fault::Cancelled`], after which nothing more was drawn.
     pub fn finish(mut self) -> Result<String, Error> {
-        checkpoint()?;
+        context.checkpoint()?;
         self.text.push_str("</svg>\n");
         if self.finite { Ok(self.text) } else { Err(Fault::Overflow.into()) }
     }
@@ -58,7 +57,7 @@ impl Canvas {
     fn pair(&mut self, p: Point<2>) -> String {
         self.finite &= p.is_finite();
         // A picture that nobody waits for is never finished: the rest of it may as well be empty.
-        if checkpoint().is_err() { String::new() } else { format!("{} {}", number(p[0]), number(p[1])) }
+        if context.checkpoint().is_err() { String::new() } else { format!("{} {}", number(p[0]), number(p[1])) }
     }
 
     /// One path for all segments of a curve. Neighbours that do not meet are not joined.
@@ -66,7 +65,7 @@ impl Canvas {
         let mut data = String::new();
         let mut end = None;
         for segment in segments {
-            if checkpoint().is_err() {
+            if context.checkpoint().is_err() {
                 return;
             }
             if end != Some(segment[0]) {
@@ -158,7 +157,7 @@ impl Canvas {
 
     /// A dot.
     pub fn dot(&mut self, at: Point<2>, radius: f64, color: &str) {
-        if checkpoint().is_err() {
+        if context.checkpoint().is_err() {
             return;
         }
         self.finite &= at.is_finite();

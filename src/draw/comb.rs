@@ -3,7 +3,6 @@
 use crate::core::curve::Composite;
 use crate::core::error::Error;
 use crate::core::point::Point;
-use crate::core::work;
 use crate::draw::canvas::Canvas;
 use crate::draw::frame::{Bounds, Frame};
 use crate::draw::sketch::Sketch;
@@ -49,7 +48,7 @@ pub fn teeth<const D: usize>(composite: &Composite<D>, view: fn(Point<D>) -> Poi
         let bend = bend(first.within(segment, u, v), second.within(segment, u, v))?;
         Some(Tooth { base: view(place.within(segment, u, v)), bend: view(bend), first: i == 0 })
     };
-    work::collect(places.filter_map(tooth).filter(|tooth| tooth.bend.is_finite()))
+    context.collect(places.filter_map(tooth).filter(|tooth| tooth.bend.is_finite()))
 }
 
 /// Minus the curvature vector.

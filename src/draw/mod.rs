@@ -25,7 +25,6 @@ use crate::core::error::{At, Error, at_most};
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::surface::Surface;
-use crate::core::work::{self as work, Pace};
 use axes::{draw_plane_axes, draw_space_axes};
 use canvas::Canvas;
 use frame::{Bounds, Frame, Plot};
@@ -140,7 +139,7 @@ fn space_box(picture: &Picture) -> Result<Option<Box3>, Error> {
         }
     }
     for surface in &picture.surfaces {
-        work::checkpoint()?;
+        context.checkpoint()?;
         space.add(surface.patch().rows().flatten().copied());
     }
     Ok((!space.is_empty()).then_some(space))
@@ -148,7 +147,7 @@ fn space_box(picture: &Picture) -> Result<Option<Box3>, Error> {
 
 fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], comb: Option<comb::Scale>) -> Result<Bounds, Error> {
     let mut bounds = Bounds::EMPTY;
-    let mut pace = Pace::default();
+    let mut pace = context.pace();
     for sketch in sketches {
         for segment in &sketch.segments {
             pace.step()?;

@@ -3,7 +3,6 @@
 use crate::core::error::Error;
 use crate::core::point::Point;
 use crate::core::surface::Surface;
-use crate::core::work;
 use crate::draw::canvas::Canvas;
 use crate::draw::frame::Frame;
 use crate::draw::palette::lit;
@@ -42,7 +41,7 @@ impl Shaded {
         let patch = surface.patch();
         let at = |[a, b]: [f64; 2], i: usize| a + (b - a) * i as f64 / CELLS as f64;
         let [u, v] = patch.domain().map(|(a, b)| [a, b]);
-        let row = |i: usize| work::checkpoint().map(|()| (0..=CELLS).map(|j| patch.at(at(u, i), at(v, j))).collect());
+        let row = |i: usize| context.checkpoint().map(|()| (0..=CELLS).map(|j| patch.at(at(u, i), at(v, j))).collect());
         let grid: Vec<Vec<Point<3>>> = (0..=CELLS).map(row).collect::<Result<_, _>>()?;
         let rows: Vec<Vec<Point<3>>> = surface.rows().map(<[_]>::to_vec).collect();
         let columns = (0..rows[0].len()).map(|j| rows.iter().map(|row| row[j]).collect());

@@ -3,7 +3,6 @@
 use crate::core::curve::Curve;
 use crate::core::error::Error;
 use crate::core::point::Point;
-use crate::core::work;
 use crate::draw::comb::{Tooth, teeth};
 
 /// A curve in the plane of the picture.
@@ -25,7 +24,7 @@ impl Sketch {
     pub fn of<const D: usize>(curve: &Curve<D>, view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Self, Error> {
         let composite = curve.composite()?;
         Ok(Sketch {
-            segments: work::collect(composite.locals().map(|segment| segment.absolute().map(view).collect()))?,
+            segments: context.collect(composite.locals().map(|segment| segment.absolute().map(view).collect()))?,
             polygon: curve.control_points().iter().copied().map(view).collect(),
             teeth: if comb { teeth(&composite, view)? } else { Vec::new() },
         })

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use crate::api::chunks::CHUNK;
 use crate::api::memory::{Limited, Memory, NoRoom};
-use crate::core::work;
 use crate::http::metrics::Metrics;
 
 /// How long a computation that is about to have a long answer waits for others to be sent.
@@ -48,7 +47,7 @@ impl Budget {
         self.waiting.fetch_add(1, Ordering::Relaxed);
         let until = Instant::now() + PATIENCE;
         let mut lock = self.changed.0.lock().unwrap_or_else(PoisonError::into_inner);
-        while !no_need() && work::checkpoint().is_ok() {
+        while !no_need() && context.checkpoint().is_ok() {
             if Instant::now() >= until {
                 self.stuck.store(true, Ordering::Relaxed);
             }

@@ -12,7 +12,6 @@ use zstd::zstd_safe::{CParameter, ParamSwitch};
 use crate::api::chunks::Chunks;
 use crate::api::memory::{Memory, Reservation};
 use crate::api::problem::Problem;
-use crate::core::work;
 use crate::http::call::failed;
 use crate::http::coding::Coding;
 use crate::http::pool::{Failure, Pool};
@@ -84,7 +83,7 @@ impl Packer {
 
     fn feed(&mut self, text: Chunks, then: Then) -> Result<Chunks, Problem> {
         text.packed(|chunk, is_last| {
-            work::checkpoint()?;
+            context.checkpoint()?;
             // Writing to memory does not fail.
             self.put(chunk, is_last.then_some(then)).map_err(|_| Problem::internal())
         })
@@ -203,7 +202,7 @@ mod tests {
     use super::*;
     use crate::api::chunks::{Buffer, CHUNK};
     use crate::api::memory;
-    use crate::core::work::Cancel;
+    use crate::core::cancellation::Cancellation;
 
     const BOTH: [Coding; 2] = [Coding::Zstd, Coding::Gzip];
 
@@ -293,7 +292,7 @@ mod tests {
     #[test]
     fn what_nobody_waits_for_is_not_packed() {
         let budget = memory::unlimited();
-        let (text, cancel) = (numbers(1_000), Cancel::default());
+        let (text, cancel) = (numbers(1_000), Cancellation::default());
         cancel.cancel();
         let mut packer = Packer::new(Coding::Zstd, None, &budget).unwrap();
         assert!(work::run(&cancel, || packer.pack(chunks(&text, &budget))).is_err());

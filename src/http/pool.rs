@@ -9,7 +9,7 @@ use tokio::time::{Instant, timeout_at};
 
 use super::queue::Queue;
 use crate::api::cost::Cost;
-use crate::core::work::{self, Cancel};
+use crate::core::cancellation::Cancellation;
 use crate::http::metrics::{Because, Metrics, Reason};
 
 /// Threads for computations, and the queue before them.
@@ -53,7 +53,7 @@ impl std::fmt::Debug for Task {
 
 /// Cancels the computation of a client that has left.
 struct CancelOnDrop<'a> {
-    cancel: Cancel,
+    cancel: Cancellation,
     line: &'a Line,
     reason: Option<Reason>,
 }
@@ -155,7 +155,7 @@ impl Pool {
         deadline: Instant,
         job: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Failure> {
-        let cancel = Cancel::default();
+        let cancel = Cancellation::default();
         let (send, receive) = oneshot::channel();
         let inner = cancel.clone();
         let task = Task(Box::new(move |done| {
@@ -198,7 +198,7 @@ mod tests {
         let (says, started) = oneshot::channel();
         let job = move || {
             says.send(()).unwrap();
-            while work::checkpoint().is_ok() {
+            while context.checkpoint().is_ok() {
                 std::thread::yield_now();
             }
         };

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use super::rates::Rates;
 use crate::api::cost::Cost;
-use crate::core::work::Cancel;
+use crate::core::cancellation::Cancellation;
 
 /// How much later than itself a computation may be passed, in its own expected time.
 const AGEING: u32 = 4;
@@ -36,7 +36,7 @@ struct Waiting<T> {
     /// In the order of arrival.
     number: u64,
     cost: Cost,
-    cancel: Cancel,
+    cancel: Cancellation,
     task: T,
 }
 
@@ -125,7 +125,7 @@ impl<T> Queue<T> {
     ///
     /// # Errors
     /// No room: the task comes back.
-    pub fn admit(&mut self, cost: Cost, cancel: Cancel, task: T, now: Duration) -> Result<(), T> {
+    pub fn admit(&mut self, cost: Cost, cancel: Cancellation, task: T, now: Duration) -> Result<(), T> {
         if !self.has_room(&cost, now) {
             return Err(task);
         }
@@ -135,7 +135,7 @@ impl<T> Queue<T> {
     }
 
     /// Takes the next.
-    pub fn next(&mut self, now: Duration) -> Option<(Ticket, Cancel, T)> {
+    pub fn next(&mut self, now: Duration) -> Option<(Ticket, Cancellation, T)> {
         let Waiting { number, cost, cancel, task, .. } = self.waiting.pop()?;
         self.running.push(Running { number, since: now, cost });
         Some((Ticket(number), cancel, task))
@@ -175,7 +175,7 @@ mod tests {
     }
 
     fn admit(queue: &mut Queue<&'static str>, milliseconds: f64, name: &'static str, now: Duration) -> bool {
-        queue.admit(cost(milliseconds), Cancel::default(), name, now).is_ok()
+        queue.admit(cost(milliseconds), Cancellation::default(), name, now).is_ok()
     }
 
     #[test]
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn what_nobody_waits_for_makes_room() {
         let mut queue = Queue::new(1, 2, SECOND);
-        let cancel = Cancel::default();
+        let cancel = Cancellation::default();
         assert!(queue.admit(cost(1.0), cancel.clone(), "gone", Duration::ZERO).is_ok());
         assert!(admit(&mut queue, 1.0, "stays", Duration::ZERO) && !admit(&mut queue, 1.0, "refused", Duration::ZERO));
         cancel.cancel();

@@ -131,7 +131,7 @@ fn parts(request: ContinuityRequest) -> Result<(Measured, core::Tolerance), Erro
 }
 
 fn several(curves: Vec<Curve>, closed: bool) -> Result<Measured, Error> {
-    at_most("curves", curves.len(), limits::effective().segments, "Measure them in groups").at("curves")?;
+    at_most("curves", curves.len(), context.limits.segments, "Measure them in groups").at("curves")?;
     Ok(Measured::Several(Dimensioned::parse_list(curves).at("curves")?, closed))
 }
 

@@ -4,7 +4,6 @@ use crate::api::wire::field::{Whole, need, number, whole};
 use crate::core::basis as core;
 use crate::core::error::{At, Error, Fault, both, every};
 use crate::core::limits;
-use crate::core::work::checkpoint;
 
 crate::union! {
     /// A shape matrix: how the basis functions of a quasi-bezier curve are made of Bernstein polynomials. Entries
@@ -97,7 +96,7 @@ impl Basis {
     /// Fields of another family, missing fields, shape parameters out of range.
     pub fn parse(self) -> Result<core::Basis, Error> {
         // A request may hold a hundred thousand bases, and the rank of a shape matrix takes milliseconds.
-        checkpoint()?;
+        context.checkpoint()?;
         let family = self.kind();
         both(family, self.with_family()).map(|(_, basis)| basis)
     }
@@ -141,7 +140,7 @@ impl From<&core::Basis> for Basis {
 /// # Errors
 /// As [`Basis::parse`]; more bases than [`limits::SEGMENTS`].
 pub fn parse_list(bases: Vec<Basis>) -> Result<Vec<core::Basis>, Error> {
-    crate::core::error::at_most("bases", bases.len(), limits::effective().segments, "Send the curve in parts")?;
+    crate::core::error::at_most("bases", bases.len(), context.limits.segments, "Send the curve in parts")?;
     every(bases.into_iter().enumerate().map(|(i, basis)| basis.parse().at(i)))
 }
 

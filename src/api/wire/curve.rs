@@ -9,7 +9,6 @@ use crate::core::error::{At, Error, Fault, both, every, increasing};
 use crate::core::knots::Breaks;
 use crate::core::limits;
 use crate::core::point::Point;
-use crate::core::work::checkpoint;
 
 crate::union! {
     /// A curve, told by its `family`. Every operation takes one and returns one, so the output of a call is the input of the next.
@@ -119,7 +118,7 @@ impl Curve {
     /// # Errors
     /// Fields of another family, missing fields, and whatever the mathematics forbids, each at its place.
     pub fn parse(mut self) -> Result<Dimensioned, Error> {
-        checkpoint()?;
+        context.checkpoint()?;
         let family = self.kind();
         let points = need(self.control_points.take(), "control_points");
         let ((_, frame), points) = both(both(family, self.frame()), points)?;

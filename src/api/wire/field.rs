@@ -13,7 +13,6 @@ use crate::api::wire::{raw, tolerant};
 use crate::api::writer::{Unwritten, Writer, Written};
 use crate::core::error::{At, Error, Fault};
 use crate::core::limits;
-use crate::core::work::Pace;
 
 /// Named schemas, as the specification collects them.
 pub type Components = Vec<(String, RefOr<Schema>)>;
@@ -83,7 +82,7 @@ where
     S: DeserializeSeed<'de> + Copy,
     A: SeqAccess<'de>,
 {
-    let (mut pace, mut count, mut fault) = (Pace::default(), 0, None);
+    let (mut pace, mut count, mut fault) = (context.pace(), 0, None);
     loop {
         match seq.next_element_seed(seed) {
             Ok(Some(_)) if count == ITEMS => return Err(too_long()),

@@ -15,6 +15,7 @@ pub use bezier::Bezier;
 pub use quasi::{Quasi, Shape};
 pub use shape_matrix::{Properties, ShapeMatrix};
 
+use crate::core::context::Context;
 use super::curve::within_degrees;
 use super::error::Fault;
 use super::limits;
@@ -96,10 +97,10 @@ impl Basis {
     ///
     /// # Errors
     /// The order does not suit the family, or order or degree exceed [`limits::DEGREE`].
-    pub fn degree(&self, order: usize) -> Result<usize, Fault> {
-        within_degrees("order", order)?;
+    pub fn degree(&self, context: &Context, order: usize) -> Result<usize, Fault> {
+        within_degrees(context, "order", order)?;
         let degree = self.family().degree(order)?;
-        within_degrees("degree", degree)?;
+        within_degrees(context, "degree", degree)?;
         Ok(degree)
     }
 
@@ -132,8 +133,8 @@ impl Basis {
     ///
     /// # Errors
     /// An order that does not suit the family; a basis that does not start and end at its control points.
-    pub fn joinable(&self, order: usize) -> Result<(), Fault> {
-        self.degree(order)?;
+    pub fn joinable(&self, context: &Context, order: usize) -> Result<(), Fault> {
+        self.degree(context, order)?;
         if self.interpolates_end_points(order) {
             return Ok(());
         }
@@ -149,8 +150,8 @@ impl Basis {
     /// # Errors
     /// The degree exceeds the order, the matrix is singular, or its condition number is above
     /// [`limits::CONDITION`], so that fewer than 8 digits would be right.
-    pub fn way_back(&self, order: usize) -> Result<WayBack, Fault> {
-        let degree = self.degree(order)?;
+    pub fn way_back(&self, context: &Context, order: usize) -> Result<WayBack, Fault> {
+        let degree = self.degree(context, order)?;
         if self.is_identity() {
             return Ok(WayBack { inverse: None, condition: 1.0 });
         }

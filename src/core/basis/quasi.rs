@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::core::context::Context;
 use super::{Family, ShapeMatrix};
 use crate::core::error::{At, Error, Fault, at_least, at_most, every};
 use crate::core::limits;
@@ -49,12 +50,12 @@ impl Quasi {
     /// At the offending row or entry: rows of different lengths, a negative entry, a row sum that is
     /// not 1 (within [`limits::ROW_SUM_TOLERANCE`]), a middle row that is not symmetric; or without a
     /// place, a matrix without full rank.
-    pub fn new(shape: Shape) -> Result<Self, Error> {
+    pub fn new(context: &Context, shape: Shape) -> Result<Self, Error> {
         let given = match &shape {
-            Shape::Matrix { rows } => checked(rows).at("rows")?,
-            Shape::Symmetric { degree, upper_rows } => mirrored(*degree, upper_rows)?,
-            Shape::Recursive { seed } => checked(seed).at("seed")?,
-            Shape::Elevation { lambdas } => yang_zeng(lambdas).at("lambdas")?,
+            Shape::Matrix { rows } => checked(context, rows).at("rows")?,
+            Shape::Symmetric { degree, upper_rows } => mirrored(context, *degree, upper_rows)?,
+            Shape::Recursive { seed } => checked(context, seed).at("seed")?,
+            Shape::Elevation { lambdas } => yang_zeng(context, lambdas).at("lambdas")?,
         };
         let columns = given.order() + 1;
         let rank = given.rank();
@@ -132,8 +133,8 @@ fn check_rows(rows: &[Vec<f64>]) -> Result<(), Error> {
 }
 
 /// A matrix given by all its rows.
-fn checked(rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
-    at_most("rows in the shape matrix", rows.len(), limits::effective().degree + 1, "The degree of a segment is one less than its rows")?;
+fn checked(context: &Context, rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
+    at_most("rows in the shape matrix", rows.len(), context.limits.degree + 1, "The degree of a segment is one less than its rows")?;
     check_rows(rows)?;
     let columns = rows[0].len();
     if rows.len() < columns {
@@ -145,9 +146,9 @@ fn checked(rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
 
 /// The matrix of eq. (29) from its free rows. The middle row of an even degree is its own mirror
 /// image; eq. (30) leaves that out.
-fn mirrored(degree: usize, upper_rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
-    if !(2..=limits::effective().degree).contains(&degree) {
-        let allowed = format!("2 <= degree <= {}", limits::effective().degree);
+fn mirrored(context: &Context, degree: usize, upper_rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
+    if !(2..=context.limits.degree).contains(&degree) {
+        let allowed = format!("2 <= degree <= {}", context.limits.degree);
         return Err(Fault::OutOfRange { what: "degree", value: degree as f64, allowed }.at("degree"));
     }
     let half = degree / 2;
@@ -162,7 +163,7 @@ fn mirrored(degree: usize, upper_rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error
     let unit = (0..upper_rows[0].len()).map(|j| f64::from(j == 0)).collect();
     let upper: Vec<Vec<f64>> = std::iter::once(unit).chain(upper_rows.iter().cloned()).collect();
     let lower = upper.iter().take(degree.div_ceil(2)).rev().map(|row| row.iter().rev().copied().collect());
-    checked(&upper.iter().cloned().chain(lower).collect::<Vec<_>>())
+    checked(context, &upper.iter().cloned().chain(lower).collect::<Vec<_>>())
 }
 
 /// Refuses a middle row that does not read the same backwards.
@@ -175,10 +176,10 @@ fn own_mirror_image(row: &[f64]) -> Result<(), Error> {
 
 /// Yang and Zeng 2009, Chen 2013 eq. (37): degree elevation with one number per edge.
 /// `m_(i,i-1) = (i - lambda_i) / (n + 1)`, `m_ii = 1 - m_(i,i-1)`.
-fn yang_zeng(lambdas: &[f64]) -> Result<ShapeMatrix, Error> {
+fn yang_zeng(context: &Context, lambdas: &[f64]) -> Result<ShapeMatrix, Error> {
     let order = lambdas.len();
     at_least("lambdas (one per edge of the control polygon)", order, 1)?;
-    at_most("lambdas", order, limits::effective().degree - 1, "The degree of the curve is one more")?;
+    at_most("lambdas", order, context.limits.degree - 1, "The degree of the curve is one more")?;
     let height = (order + 1) as f64;
     let check = |(k, &lambda): (usize, &f64)| {
         let i = (k + 1) as f64;

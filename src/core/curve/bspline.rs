@@ -1,5 +1,6 @@
 //! B-spline curves.
 
+use crate::core::context::Context;
 use super::composite::Composite;
 use super::{valid_points, within_degrees};
 use crate::core::bezier_form::difference;
@@ -8,7 +9,6 @@ use crate::core::knots::{Breaks, KnotVector};
 use crate::core::limits;
 use crate::core::local::localized;
 use crate::core::point::{Point, magnitude};
-use crate::core::work::Pace;
 
 /// A B-spline curve on a full knot vector, over its valid range.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,9 +24,9 @@ impl<const D: usize> BSpline<D> {
     /// # Errors
     /// At `degree`, `knots` or `control_points`; a closed curve whose ends are further apart than
     /// 1e-9 of its largest coordinate.
-    pub fn new(degree: usize, knots: Vec<f64>, points: Vec<Point<D>>, closed: bool) -> Result<Self, Error> {
-        within_degrees("degree", degree).at("degree")?;
-        valid_points(&points, degree + 1).at("control_points")?;
+    pub fn new(context: &Context, degree: usize, knots: Vec<f64>, points: Vec<Point<D>>, closed: bool) -> Result<Self, Error> {
+        within_degrees(context, "degree", degree).at("degree")?;
+        valid_points(context, &points, degree + 1).at("control_points")?;
         let knots = KnotVector::new(degree, knots, points.len()).at("knots")?;
         let curve = BSpline { knots, points, closed };
         if closed {
@@ -106,12 +106,12 @@ impl<const D: usize> BSpline<D> {
     ///
     /// # Errors
     /// More spans than [`limits::SEGMENTS`].
-    pub fn composite(&self) -> Result<Composite<D>, Error> {
+    pub fn composite(&self, context: &Context) -> Result<Composite<D>, Error> {
         let knots = self.knots.as_slice();
         let mut breaks = vec![self.knots.domain().0];
         breaks.extend(self.knots.spans().map(|span| knots[span + 1]));
-        let mut composite = Composite::with_room(Breaks::new(breaks).at("knots")?, self.degree());
-        let mut pace = Pace::default();
+        let mut composite = Composite::with_room(Breaks::new(context, breaks).at("knots")?, self.degree());
+        let mut pace = context.pace();
         for span in self.knots.spans() {
             pace.step()?;
             let (origin, mut points) = localized(&self.points[span - self.degree()..=span]);

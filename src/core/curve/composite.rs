@@ -1,5 +1,6 @@
 //! The common ground of all curves: polynomial segments in Bezier form, end to end.
 
+use crate::core::context::Context;
 use super::BSpline;
 use crate::core::bezier_form::{binomials, elevate, hodograph, horner, scaled, unit_of};
 use crate::core::error::{Error, Fault};
@@ -8,7 +9,6 @@ use crate::core::knots::Breaks;
 use crate::core::lanes::{self, LANES, Lanes};
 use crate::core::local::{localized, origin_of, placed};
 use crate::core::point::{Point, larger};
-use crate::core::work::{self, Pace};
 
 /// Segments of one degree over the intervals between joints. Neighbours need not meet: a B-spline
 /// may jump at a knot of multiplicity `degree + 1`.
@@ -72,10 +72,10 @@ impl<const D: usize> Composite<D> {
     ///
     /// # Errors
     /// [`Fault::Cancelled`].
-    pub fn from_segments<'a>(breaks: Breaks, segments: impl Iterator<Item = Segment<'a, D>> + Clone) -> Result<Self, Error> {
+    pub fn from_segments<'a>(context: &Context, breaks: Breaks, segments: impl Iterator<Item = Segment<'a, D>> + Clone) -> Result<Self, Error> {
         let degree = segments.clone().map(|segment| segment.points.len()).max().unwrap_or(1) - 1;
         let mut composite = Composite::with_room(breaks, degree);
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for Segment { origin, points } in segments {
             pace.step()?;
             composite.push(origin, points);
@@ -133,14 +133,14 @@ impl<const D: usize> Composite<D> {
     ///
     /// # Errors
     /// More segments than [`crate::core::limits::SEGMENTS`]; domains whose sum is not finite.
-    pub fn end_to_end(curves: &[Composite<D>]) -> Result<Self, Error> {
+    pub fn end_to_end(context: &Context, curves: &[Composite<D>]) -> Result<Self, Error> {
         let mut knots = vec![0.0];
         for curve in curves {
             let start = knots[knots.len() - 1];
             let own = curve.breaks.as_slice();
             knots.extend(own[1..].iter().map(|t| start + (t - own[0])));
         }
-        Self::from_segments(Breaks::new(knots)?, curves.iter().flat_map(Composite::locals))
+        Self::from_segments(context, Breaks::new(context, knots)?, curves.iter().flat_map(Composite::locals))
     }
 
     /// The joints.
@@ -201,12 +201,12 @@ impl<const D: usize> Composite<D> {
     ///
     /// # Errors
     /// [`Fault::Cancelled`].
-    pub fn derivative(&self) -> Result<Self, Error> {
+    pub fn derivative(&self, context: &Context) -> Result<Self, Error> {
         if let (Some(spline), 1..) = (&self.spline, self.degree) {
-            return spline.derivative().composite();
+            return spline.derivative().composite(context);
         }
         let mut points = Vec::with_capacity(self.points.len());
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for (i, segment) in self.locals().enumerate() {
             pace.step()?;
             let (a, b) = self.breaks.interval(i);
@@ -237,11 +237,11 @@ impl<const D: usize> Composite<D> {
     ///
     /// # Errors
     /// [`Fault::Cancelled`].
-    pub fn evaluator(&self) -> Result<Evaluator<'_, D>, Error> {
+    pub fn evaluator(&self, context: &Context) -> Result<Evaluator<'_, D>, Error> {
         let unit = unit_of(self.magnitude());
         let binomials = binomials(self.degree);
         let mut points = Vec::with_capacity(self.points.len());
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for segment in self.locals() {
             pace.step()?;
             points.extend(scaled(segment.points, binomials, unit));
@@ -269,11 +269,11 @@ impl<const D: usize> Evaluator<'_, D> {
     ///
     /// # Errors
     /// [`Fault::Cancelled`].
-    pub fn sample(&self, parameters: &[f64]) -> Result<Vec<Point<D>>, Error> {
+    pub fn sample(&self, context: &Context, parameters: &[f64]) -> Result<Vec<Point<D>>, Error> {
         let mut points = Vec::with_capacity(parameters.len());
         let (mut lanes, mut segment) = (None, 0);
         for part in parameters.chunks(LANES) {
-            work::checkpoint()?;
+            context.checkpoint()?;
             let mut rest = part;
             while let [t, later @ ..] = rest {
                 segment = self.breaks.segment_near(segment, *t);
@@ -305,9 +305,9 @@ impl<const D: usize> Evaluator<'_, D> {
 const FEW: usize = 16;
 
 /// The composite of one segment over `[0, length]`, its Bezier points from an origin.
-pub(crate) fn single_segment<const D: usize>(length: f64, origin: Point<D>, bezier: Vec<Point<D>>) -> Result<Composite<D>, Error> {
+pub(crate) fn single_segment<const D: usize>(context: &Context, length: f64, origin: Point<D>, bezier: Vec<Point<D>>) -> Result<Composite<D>, Error> {
     let degree = bezier.len() - 1;
-    let mut composite = Composite::with_room(Breaks::new(vec![0.0, length])?, degree);
+    let mut composite = Composite::with_room(Breaks::new(context, vec![0.0, length])?, degree);
     composite.push(origin, &bezier);
     Ok(composite)
 }

@@ -13,6 +13,7 @@ pub use single::Single;
 
 use bytemuck::TransparentWrapper;
 
+use crate::core::context::Context;
 use super::error::{Error, Fault, at_least, at_most};
 use super::lanes::are_finite;
 use super::limits;
@@ -34,11 +35,11 @@ impl<const D: usize> Curve<D> {
     ///
     /// # Errors
     /// A B-spline with more spans than [`limits::SEGMENTS`].
-    pub fn composite(&self) -> Result<Composite<D>, Error> {
+    pub fn composite(&self, context: &Context) -> Result<Composite<D>, Error> {
         match self {
-            Curve::Single(curve) => curve.composite(),
-            Curve::Piecewise(curve) => curve.composite(),
-            Curve::BSpline(curve) => curve.composite(),
+            Curve::Single(curve) => curve.composite(context),
+            Curve::Piecewise(curve) => curve.composite(context),
+            Curve::BSpline(curve) => curve.composite(context),
         }
     }
 
@@ -62,9 +63,9 @@ impl<const D: usize> Curve<D> {
 }
 
 /// Checks the number of points and that every coordinate is finite.
-pub(crate) fn valid_points<const D: usize>(points: &[Point<D>], least: usize) -> Result<(), Error> {
+pub(crate) fn valid_points<const D: usize>(context: &Context, points: &[Point<D>], least: usize) -> Result<(), Error> {
     at_least("control points", points.len(), least)?;
-    at_most("control points", points.len(), limits::effective().control_points, "Send the curve in parts")?;
+    at_most("control points", points.len(), context.limits.control_points, "Send the curve in parts")?;
     finite_points(points)
 }
 
@@ -72,11 +73,11 @@ pub(crate) fn valid_points<const D: usize>(points: &[Point<D>], least: usize) ->
 ///
 /// # Errors
 /// [`Fault::OutOfRange`].
-pub fn within_degrees(what: &'static str, value: usize) -> Result<(), Fault> {
-    if (1..=limits::effective().degree).contains(&value) {
+pub fn within_degrees(context: &Context, what: &'static str, value: usize) -> Result<(), Fault> {
+    if (1..=context.limits.degree).contains(&value) {
         return Ok(());
     }
-    let allowed = format!("1 <= {what} <= {}", limits::effective().degree);
+    let allowed = format!("1 <= {what} <= {}", context.limits.degree);
     Err(Fault::OutOfRange { what, value: value as f64, allowed })
 }
 

@@ -1,5 +1,6 @@
 //! Segments joined end to end, sharing a control point at each joint.
 
+use crate::core::context::Context;
 use super::composite::Composite;
 use super::{valid_points, within_degrees};
 use crate::core::basis::{Basis, ShapeMatrix, WayBack};
@@ -9,7 +10,6 @@ use crate::core::knots::Breaks;
 use crate::core::limits;
 use crate::core::local::{localized, placed};
 use crate::core::point::Point;
-use crate::core::work::{self, Pace};
 
 /// One basis for all segments, or one for each.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,23 +62,23 @@ impl Bases {
     ///
     /// # Errors
     /// The first fault that `check` finds.
-    pub(crate) fn check_each(&self, check: impl Fn(&Basis) -> Result<(), Fault>) -> Result<(), Error> {
+    pub(crate) fn check_each(&self, context: &Context, check: impl Fn(&Basis) -> Result<(), Fault>) -> Result<(), Error> {
         match self {
             Bases::Common(basis) => check(basis).at("basis"),
             Bases::PerSegment(bases) => bases.iter().enumerate().try_for_each(|(i, basis)| {
-                work::checkpoint()?;
+                context.checkpoint()?;
                 check(basis).at(i).at("bases")
             }),
         }
     }
 
     /// What `make` gives for the basis of each segment in turn, computed once where neighbours share it.
-    pub(crate) fn map<T>(&self, mut make: impl FnMut(usize, &Basis) -> Result<T, Error>) -> Result<PerSegment<T>, Error> {
+    pub(crate) fn map<T>(&self, context: &Context, mut make: impl FnMut(usize, &Basis) -> Result<T, Error>) -> Result<PerSegment<T>, Error> {
         let bases = self.as_slice();
         let (mut made, mut index) = (Vec::new(), Vec::with_capacity(bases.len()));
         for (i, basis) in bases.iter().enumerate() {
             if i == 0 || bases[i - 1] != *basis {
-                work::checkpoint()?;
+                context.checkpoint()?;
                 made.push(make(i, basis)?);
             }
             index.push(made.len() - 1);
@@ -120,12 +120,12 @@ impl<const D: usize> Piecewise<D> {
     /// # Errors
     /// At `bases`, `order` or `control_points`: counts that do not match, a basis that does not suit the
     /// order or does not start and end at its control points, a closed curve whose end points differ.
-    pub fn new(bases: Bases, order: usize, breaks: Breaks, closed: bool, points: Vec<Point<D>>) -> Result<Self, Error> {
+    pub fn new(context: &Context, bases: Bases, order: usize, breaks: Breaks, closed: bool, points: Vec<Point<D>>) -> Result<Self, Error> {
         let segments = breaks.segments();
-        within_degrees("order", order).at("order")?;
+        within_degrees(context, "order", order).at("order")?;
         bases.check_count(segments).at("bases")?;
-        bases.map(|i, basis| basis.joinable(order).at(i).at("bases"))?;
-        valid_points(&points, 2).at("control_points")?;
+        bases.map(context, |i, basis| basis.joinable(context, order).at(i).at("bases"))?;
+        valid_points(context, &points, 2).at("control_points")?;
         let expected = segments * order + 1;
         if points.len() != expected {
             let rule = "segments * order + 1, as neighbouring segments share the control point at their joint";
@@ -145,17 +145,17 @@ impl<const D: usize> Piecewise<D> {
     ///
     /// # Errors
     /// At `bases`: a basis without a way back from Bezier points (see [`Basis::way_back`]).
-    pub fn from_composite(bases: Bases, order: usize, composite: &Composite<D>, closed: bool) -> Result<(Self, f64), Error> {
+    pub fn from_composite(context: &Context, bases: Bases, order: usize, composite: &Composite<D>, closed: bool) -> Result<(Self, f64), Error> {
         bases.check_count(composite.breaks().segments()).at("bases")?;
         let count = composite.breaks().segments() * order + 1;
-        at_most("control points", count, limits::effective().control_points, "Take the curve in parts").at("control_points")?;
-        let ways = bases.map(|i, basis| basis.way_back(order).at(i).at("bases"))?;
-        Self::by_ways(bases, &ways, order, composite, closed)
+        at_most("control points", count, context.limits.control_points, "Take the curve in parts").at("control_points")?;
+        let ways = bases.map(context, |i, basis| basis.way_back(context, order).at(i).at("bases"))?;
+        Self::by_ways(context, bases, &ways, order, composite, closed)
     }
 
     /// The same where the ways back are known.
     pub(crate) fn by_ways(
-        bases: Bases,
+        context: &Context, bases: Bases,
         ways: &PerSegment<WayBack>,
         order: usize,
         composite: &Composite<D>,
@@ -164,7 +164,7 @@ impl<const D: usize> Piecewise<D> {
         let condition = ways.iter().map(|way| way.condition).fold(1.0, f64::max);
         let mut points = Vec::with_capacity(composite.breaks().segments() * order + 1);
         points.push(composite.local(0).first());
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for (i, segment) in composite.locals().enumerate() {
             pace.step()?;
             let (way, from_origin) = (ways.of(i), |&p: &Point<D>| placed(segment.origin, p));
@@ -180,7 +180,7 @@ impl<const D: usize> Piecewise<D> {
             let last = points.len() - 1;
             points[last] = points[0];
         }
-        Ok((Piecewise::new(bases, order, composite.breaks().clone(), closed, points)?, condition))
+        Ok((Piecewise::new(context, bases, order, composite.breaks().clone(), closed, points)?, condition))
     }
 
     /// The basis or bases.
@@ -222,12 +222,12 @@ impl<const D: usize> Piecewise<D> {
     ///
     /// # Errors
     /// [`Fault::Cancelled`].
-    pub fn composite(&self) -> Result<Composite<D>, Error> {
-        let matrices = self.bases.map(|_, basis| Ok((!basis.is_identity()).then(|| basis.shape_matrix(self.order))))?;
+    pub fn composite(&self, context: &Context) -> Result<Composite<D>, Error> {
+        let matrices = self.bases.map(context, |_, basis| Ok((!basis.is_identity()).then(|| basis.shape_matrix(self.order))))?;
         let degree = |matrix: &Option<ShapeMatrix>| matrix.as_ref().map_or(self.order, ShapeMatrix::degree);
         let highest = matrices.iter().map(degree).max().unwrap_or(self.order);
         let mut composite = Composite::with_room(self.breaks.clone(), highest);
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for i in 0..self.breaks.segments() {
             pace.step()?;
             match matrices.of(i) {

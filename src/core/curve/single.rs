@@ -1,5 +1,6 @@
 //! One segment of one family.
 
+use crate::core::context::Context;
 use super::composite::{Composite, single_segment};
 use super::valid_points;
 use crate::core::basis::Basis;
@@ -7,7 +8,6 @@ use crate::core::error::{At, Error, at_most};
 use crate::core::limits;
 use crate::core::local::{localized, placed};
 use crate::core::point::Point;
-use crate::core::work;
 
 /// A control polygon and a basis that suits its order. The parameter runs over `[0, 1]`, for
 /// alpha-beta-Bezier over `[0, alpha]`.
@@ -22,11 +22,11 @@ impl<const D: usize> Single<D> {
     ///
     /// # Errors
     /// At `control_points`: fewer than 2, more than the basis or the limit allows, not finite.
-    pub fn new(basis: Basis, points: Vec<Point<D>>) -> Result<Self, Error> {
-        valid_points(&points, 2).at("control_points")?;
-        at_most("control points", points.len(), limits::effective().degree + 1, "Use several segments of lower degree")
+    pub fn new(context: &Context, basis: Basis, points: Vec<Point<D>>) -> Result<Self, Error> {
+        valid_points(context, &points, 2).at("control_points")?;
+        at_most("control points", points.len(), context.limits.degree + 1, "Use several segments of lower degree")
             .at("control_points")?;
-        basis.degree(points.len() - 1).at("control_points")?;
+        basis.degree(context, points.len() - 1).at("control_points")?;
         Ok(Single { basis, points })
     }
 
@@ -61,10 +61,10 @@ impl<const D: usize> Single<D> {
     ///
     /// # Errors
     /// None that a valid curve can cause, as the domain `[0, alpha]` has positive length; [`Fault::Cancelled`](crate::core::error::Fault).
-    pub fn composite(&self) -> Result<Composite<D>, Error> {
-        work::checkpoint()?;
+    pub fn composite(&self, context: &Context) -> Result<Composite<D>, Error> {
+        context.checkpoint()?;
         let (origin, bezier) = self.local_bezier_points();
-        single_segment(self.basis.length(), origin, bezier)
+        single_segment(context, self.basis.length(), origin, bezier)
     }
 
     /// The parts.

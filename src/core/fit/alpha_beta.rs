@@ -1,5 +1,6 @@
 //! The shape of an alpha-beta-Bezier cubic.
 
+use crate::core::context::Context;
 use super::data::Data;
 use super::freedom::Freedom;
 use super::reduced::{Reduced, inner, length};
@@ -28,10 +29,10 @@ impl<const D: usize> AlphaBetaShape<D> {
 }
 
 impl<const D: usize> Solver<D> for AlphaBetaShape<D> {
-    fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         let p = &self.polygon;
         let origin = p[0];
-        let reduced = Reduced::new(data, parameters, 3, origin)?;
+        let reduced = Reduced::new(context, data, parameters, 3, origin)?;
         let end = p[3] - origin;
         let still = [Point::ZERO, Point::ZERO, end, end];
         let moving = moving(p);
@@ -44,7 +45,7 @@ impl<const D: usize> Solver<D> for AlphaBetaShape<D> {
         let best = -inner(&direction, &reduced.residual(&still)) / unit;
         let s = best.clamp(LEAST, MOST);
         let at_bound = s != best;
-        let curve = Single::new(Basis::AlphaBeta(AlphaBeta::new(1.0, s)?), p.clone())?;
+        let curve = Single::new(context, Basis::AlphaBeta(AlphaBeta::new(1.0, s)?), p.clone())?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound })
     }
 

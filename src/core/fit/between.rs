@@ -4,7 +4,7 @@ use super::chord::{CLOSE, Chord, part};
 use crate::core::curve::Composite;
 use crate::core::error::Error;
 use crate::core::point::Point;
-use crate::core::work::{self, Pace};
+use crate::core::context::{Context, Pace};
 
 /// The largest distance of a curve from the polyline of the points, section by section: the stretch of the curve
 /// between the parameters of two neighbouring points against the straight segment between these two, whatever is
@@ -14,9 +14,9 @@ use crate::core::work::{self, Pace};
 /// Exact to 1e-9 of its value. Most stretches are settled by a bound: the distances of their ends, and what a
 /// second derivative bounded by `m` allows between ends `h` apart, `m h^2 / 8`; the others by bisection on the
 /// bounds that Bezier points give. O(points * degree), and O(degree^2) for a stretch that is bisected.
-pub(super) fn between<const D: usize>(curve: &Composite<D>, points: &[Point<D>], parameters: &[f64]) -> Result<f64, Error> {
-    let sections = Sections::new(curve, points, parameters)?;
-    let mut pace = Pace::default();
+pub(super) fn between<const D: usize>(context: &Context, curve: &Composite<D>, points: &[Point<D>], parameters: &[f64]) -> Result<f64, Error> {
+    let sections = Sections::new(context, curve, points, parameters)?;
+    let mut pace = context.pace();
     let mut largest = sections.ends.iter().flatten().fold(0.0f64, |largest, &d| largest.max(d));
     for (i, ends) in sections.ends.iter().enumerate() {
         pace.step()?;
@@ -41,7 +41,7 @@ struct Sections<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Sections<'a, D> {
-    fn new(curve: &'a Composite<D>, points: &[Point<D>], parameters: &[f64]) -> Result<Self, Error> {
+    fn new(context: &Context, curve: &'a Composite<D>, points: &[Point<D>], parameters: &[f64]) -> Result<Self, Error> {
         let (mut parameters, mut points) = by_parameter(parameters, points);
         let (a, b) = curve.breaks().domain();
         if parameters[0] > a {
@@ -53,9 +53,9 @@ impl<'a, const D: usize> Sections<'a, D> {
             parameters.push(b);
             points.push(points[last]);
         }
-        let on = curve.evaluator()?.sample(&parameters)?;
+        let on = curve.evaluator(context)?.sample(context, &parameters)?;
         let chords: Vec<_> = points.windows(2).map(|p| Chord { start: p[0], end: p[1] }).collect();
-        let ends = work::collect(chords.iter().zip(on.windows(2)).map(|(chord, on)| [chord.distance(on[0]), chord.distance(on[1])]))?;
+        let ends = context.collect(chords.iter().zip(on.windows(2)).map(|(chord, on)| [chord.distance(on[0]), chord.distance(on[1])]))?;
         let second = (0..curve.breaks().segments()).map(|k| second(curve, k)).collect();
         Ok(Sections { curve, parameters, chords, ends, second })
     }
@@ -67,7 +67,7 @@ impl<'a, const D: usize> Sections<'a, D> {
         (to - from) * (to - from) * most / 8.0
     }
 
-    fn farthest(&self, i: usize, known: f64, pace: &mut Pace) -> Result<f64, Error> {
+    fn farthest(&self, i: usize, known: f64, pace: &mut Pace<'_>) -> Result<f64, Error> {
         let breaks = self.curve.breaks();
         self.segments(i).try_fold(known, |known, k| {
             let (a, b) = breaks.interval(k);

@@ -1,5 +1,6 @@
 //! Control points and shape matrix in turn.
 
+use crate::core::context::Context;
 use super::data::Data;
 use super::freedom::Freedom;
 use super::parameters::distinct;
@@ -12,7 +13,6 @@ use crate::core::basis::ShapeMatrix;
 use crate::core::curve::{Single, within_degrees};
 use crate::core::error::{At, Error, Fault};
 use crate::core::point::{Point, magnitude};
-use crate::core::work;
 
 /// The most rounds of alternation.
 const ROUNDS: usize = 100;
@@ -30,10 +30,10 @@ impl Both {
     ///
     /// # Errors
     /// At `family`, `order` or `degree`.
-    pub(super) fn new(family: Family, order: usize) -> Result<Self, Error> {
+    pub(super) fn new(context: &Context, family: Family, order: usize) -> Result<Self, Error> {
         let Family::Quasi { degree } = family else { return Err(undetermined("bezier, beta-bezier and alpha-beta-bezier").at("family")) };
-        within_degrees("order", order).at("order")?;
-        check_degree(degree, order).at("degree")?;
+        within_degrees(context, "order", order).at("order")?;
+        check_degree(context, degree, order).at("degree")?;
         if degree == order {
             return Err(undetermined("quasi-bezier with degree = order").at("degree"));
         }
@@ -65,13 +65,13 @@ struct State<const D: usize> {
 }
 
 impl<const D: usize> Solver<D> for Both {
-    fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         let origin = centre(&data.points);
         let fixed = data.fixed_ends().map(|(first, last)| (first - origin, last - origin));
-        let reduced = Reduced::new(data, parameters, self.degree, origin)?;
+        let reduced = Reduced::new(context, data, parameters, self.degree, origin)?;
         let alternation = Alternation { reduced, fixed, degree: self.degree, ends: data.ends };
         let start = ShapeMatrix::elevation(self.degree, self.order);
-        let first = alternation.best_polygon(start).map_err(|unsolved| {
+        let first = alternation.best_polygon(context, start).map_err(|unsolved| {
             unsolved.explained(|deficient| {
                 let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
                 let count = distinct(parameters.iter().copied().filter(inner));
@@ -79,12 +79,12 @@ impl<const D: usize> Solver<D> for Both {
             })
         })?;
         let rounding = f64::EPSILON * alternation.reduced.norm() * magnitude(&data.points);
-        let (best, iterations, converged) = alternation.descend(first, rounding)?;
+        let (best, iterations, converged) = alternation.descend(context, first, rounding)?;
         let mut points: Vec<_> = best.polygon.iter().map(|&p| p + origin).collect();
         if let Some((start, end)) = data.fixed_ends() {
             (points[0], points[self.order]) = (start, end);
         }
-        let curve = Single::new(quasi_basis(&best.matrix)?, points).map_err(|error| Error::from(error.fault).at("points"))?;
+        let curve = Single::new(context, quasi_basis(context, &best.matrix)?, points).map_err(|error| Error::from(error.fault).at("points"))?;
         Ok(Solved { curve, iterations, converged, at_bound: false })
     }
 
@@ -98,26 +98,26 @@ impl<const D: usize> Solver<D> for Both {
 }
 
 impl<const D: usize> Alternation<D> {
-    fn best_polygon(&self, matrix: ShapeMatrix) -> Result<State<D>, Unsolved> {
-        let polygon = solve_for_control_points(self.reduced.blocks(), &matrix, self.fixed)?;
+    fn best_polygon(&self, context: &Context, matrix: ShapeMatrix) -> Result<State<D>, Unsolved> {
+        let polygon = solve_for_control_points(context, self.reduced.blocks(), &matrix, self.fixed)?;
         let error = self.reduced.error(&matrix.apply(&polygon));
         Ok(State { matrix, polygon, error })
     }
 
     /// Rounds of both steps, while the error falls; a round that loses the rank of the matrix or the
     /// polygon is dropped. Also how many rounds there were, and whether progress ended them.
-    fn descend(&self, first: State<D>, rounding: f64) -> Result<(State<D>, usize, bool), Error> {
+    fn descend(&self, context: &Context, first: State<D>, rounding: f64) -> Result<(State<D>, usize, bool), Error> {
         let mut best = first;
         for round in 1..=ROUNDS {
             if best.error <= rounding {
                 return Ok((best, round, true));
             }
-            let next = best_matrix(&self.reduced, &best.polygon, self.degree, self.ends)
-                .and_then(|matrix| self.best_polygon(matrix))
+            let next = best_matrix(context, &self.reduced, &best.polygon, self.degree, self.ends)
+                .and_then(|matrix| self.best_polygon(context, matrix))
                 .ok()
-                .filter(|next| next.error < best.error && quasi_basis(&next.matrix).is_ok());
+                .filter(|next| next.error < best.error && quasi_basis(context, &next.matrix).is_ok());
             // A round that was stopped is none that failed.
-            work::checkpoint()?;
+            context.checkpoint()?;
             let Some(next) = next else { return Ok((best, round, true)) };
             let little = best.error - next.error <= PROGRESS * best.error;
             best = next;

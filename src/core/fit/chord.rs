@@ -3,7 +3,7 @@
 use crate::core::bezier_form::split;
 use crate::core::error::Error;
 use crate::core::point::{Point, is_safe};
-use crate::core::work::Pace;
+use crate::core::context::Pace;
 
 /// A bound this close, relative to the distance found, counts as reached.
 pub(super) const CLOSE: f64 = 1e-9;
@@ -45,7 +45,7 @@ impl<const D: usize> Chord<D> {
 
     /// The largest distance of a Bezier curve from the segment, or `known` if that is larger; exact
     /// to [`CLOSE`], by bisection on the bounds. Ends early once the distance is above `enough`.
-    pub(super) fn farthest(&self, bezier: Vec<Point<D>>, known: f64, enough: f64, pace: &mut Pace) -> Result<f64, Error> {
+    pub(super) fn farthest(&self, bezier: Vec<Point<D>>, known: f64, enough: f64, pace: &mut Pace<'_>) -> Result<f64, Error> {
         let mut largest = known;
         let mut pieces = vec![bezier];
         for _ in 0..PIECES {
@@ -90,7 +90,7 @@ mod tests {
     fn the_farthest_point_of_an_arch_is_its_top() {
         let arch = vec![Point([0.0, 0.0]), Point([0.0, 4.0]), Point([2.0, 4.0]), Point([2.0, 0.0])];
         let chord = Chord { start: arch[0], end: arch[3] };
-        let farthest = |known| chord.farthest(arch.clone(), known, f64::INFINITY, &mut Pace::default()).unwrap();
+        let farthest = |known| chord.farthest(arch.clone(), known, f64::INFINITY, &mut context.pace()).unwrap();
         assert!((farthest(0.0) - 3.0).abs() < 1e-8);
         assert_eq!(farthest(5.0), 5.0);
     }

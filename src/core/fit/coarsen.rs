@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use crate::core::context::Context;
 use super::local::Local;
 use super::problem::Problem;
 use super::spline::Spline;
 use crate::core::error::Error;
-use crate::core::work;
 
 /// Trials of many joints at once.
 const BATCHES: usize = 40;
@@ -17,7 +17,7 @@ const OVERHEAD: usize = 64;
 
 /// Takes out every other joint at most, those first whose third derivative jumps least; puts back those next to which
 /// the spline does not hold, which are then left alone. O(points) per trial.
-pub(super) fn in_batches<const D: usize>(problem: &Problem<D>, spline: Spline<D>) -> Result<Spline<D>, Error> {
+pub(super) fn in_batches<const D: usize>(context: &Context, problem: &Problem<D>, spline: Spline<D>) -> Result<Spline<D>, Error> {
     let all = spline.breaks().to_vec();
     let mut best = spline;
     let mut joints: Vec<usize> = (0..all.len()).collect();
@@ -32,18 +32,18 @@ pub(super) fn in_batches<const D: usize>(problem: &Problem<D>, spline: Spline<D>
             trials += 1;
             let kept: Vec<usize> = joints.iter().copied().filter(|joint| !out.contains(joint)).collect();
             let breaks: Vec<f64> = kept.iter().map(|&joint| all[joint]).collect();
-            let Some(trial) = problem.spline(&breaks)? else {
-                work::checkpoint()?;
+            let Some(trial) = problem.spline(context, &breaks)? else {
+                context.checkpoint()?;
                 // The joints that are left are not determined well together: try fewer.
                 keep_half(&mut out, &mut needed);
                 continue;
             };
-            let violated = problem.violated(&trial)?;
+            let violated = problem.violated(context, &trial)?;
             if !violated.contains(&true) {
                 (best, joints) = (trial, kept);
                 break;
             }
-            restore(&mut out, &mut needed, &kept, &violated)?;
+            restore(context, &mut out, &mut needed, &kept, &violated)?;
         }
     }
     Ok(best)
@@ -69,12 +69,12 @@ fn keep_half(out: &mut BTreeSet<usize>, needed: &mut [bool]) {
 }
 
 /// Puts back the joints inside violated segments; where there is none, all that are near one, or else all.
-fn restore(out: &mut BTreeSet<usize>, needed: &mut [bool], joints: &[usize], violated: &[bool]) -> Result<(), Error> {
+fn restore(context: &Context, out: &mut BTreeSet<usize>, needed: &mut [bool], joints: &[usize], violated: &[bool]) -> Result<(), Error> {
     let mut reach = 0;
     loop {
         let near = |k: usize| (k.saturating_sub(reach)..=(k + reach).min(violated.len() - 1)).any(|k| violated[k]);
         let guilty = |joint: &usize| near(joints.partition_point(|kept| kept <= joint) - 1);
-        let verdicts = work::collect(out.iter().map(|joint| (*joint, guilty(joint))))?;
+        let verdicts = context.collect(out.iter().map(|joint| (*joint, guilty(joint))))?;
         if verdicts.iter().any(|&(_, guilty)| guilty) {
             for (joint, _) in verdicts.into_iter().filter(|&(_, guilty)| guilty) {
                 out.remove(&joint);
@@ -108,9 +108,9 @@ fn by_jump<const D: usize>(spline: &Spline<D>) -> Vec<usize> {
 
 /// Takes out one joint after the other, in sweeps, until a sweep takes out none, or the work is done. Also whether
 /// every single joint that is left was tried in vain, each by a spline that the points determine.
-pub(super) fn one_by_one<const D: usize>(problem: &Problem<D>, spline: Spline<D>) -> Result<(Spline<D>, bool), Error> {
+pub(super) fn one_by_one<const D: usize>(context: &Context, problem: &Problem<D>, spline: Spline<D>) -> Result<(Spline<D>, bool), Error> {
     let mut best = spline;
-    let mut local = Local::new(problem, &best)?;
+    let mut local = Local::new(context, problem, &best)?;
     let mut work = WORK;
     loop {
         let joints: Vec<f64> = by_jump(&best).into_iter().map(|k| best.breaks()[k]).collect();
@@ -120,16 +120,16 @@ pub(super) fn one_by_one<const D: usize>(problem: &Problem<D>, spline: Spline<D>
             let k = best.breaks().partition_point(|&knot| knot < joint);
             let Some(rest) = work.checked_sub(local.points_near(k) + OVERHEAD) else { return Ok((best, false)) };
             work = rest;
-            if local.misses(k)? {
+            if local.misses(context, k)? {
                 continue;
             }
             let mut fewer = best.breaks().to_vec();
             fewer.remove(k);
             work = work.saturating_sub(problem.ordered.parameters.len());
-            match problem.spline(&fewer)? {
-                Some(trial) if problem.holds(&trial)? => {
+            match problem.spline(context, &fewer)? {
+                Some(trial) if problem.holds(context, &trial)? => {
                     best = trial;
-                    local = Local::new(problem, &best)?;
+                    local = Local::new(context, problem, &best)?;
                 }
                 trial => minimal &= trial.is_some(),
             }

@@ -1,5 +1,6 @@
 //! The control points of one segment of a known basis.
 
+use crate::core::context::Context;
 use super::data::Data;
 use super::freedom::Freedom;
 use super::parameters::distinct;
@@ -22,8 +23,8 @@ impl ControlPoints {
     ///
     /// # Errors
     /// At `order` or `basis`.
-    pub(super) fn new(basis: Basis, order: usize, ends: Ends) -> Result<Self, Error> {
-        basis.degree(order).at("order")?;
+    pub(super) fn new(context: &Context, basis: Basis, order: usize, ends: Ends) -> Result<Self, Error> {
+        basis.degree(context, order).at("order")?;
         let matrix = basis.shape_matrix(order);
         if ends == Ends::Interpolate && !matrix.interpolates_end_points() {
             let why = "curves of this basis do not start and end at their first and last control points (the first and last row of the \
@@ -54,18 +55,18 @@ impl<const D: usize> Solver<D> for ControlPoints {
         self.basis.length()
     }
 
-    fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         self.refuse_straight_limit()?;
         let length = self.basis.length();
         let blocks = blocks(data, parameters, length, self.matrix.degree(), Point::ZERO);
-        let points = solve_for_control_points(blocks, &self.matrix, data.fixed_ends()).map_err(|unsolved| {
+        let points = solve_for_control_points(context, blocks, &self.matrix, data.fixed_ends()).map_err(|unsolved| {
             unsolved.explained(|deficient| {
                 let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < length);
                 let count = distinct(parameters.iter().copied().filter(inner));
                 deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
             })
         })?;
-        let curve = Single::new(self.basis.clone(), points).map_err(|error| Error::from(error.fault).at("points"))?;
+        let curve = Single::new(context, self.basis.clone(), points).map_err(|error| Error::from(error.fault).at("points"))?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
     }
 

@@ -3,6 +3,7 @@
 //! Total least squares (Borges and Pastva 2002, CAGD 19), with [`descents`](super::descent) from several
 //! starts, always the same, as there are many local minima.
 
+use crate::core::context::Context;
 use super::data::Data;
 use super::descent::{Descent, Search, State};
 use super::feet::feet;
@@ -25,94 +26,94 @@ const WORTHWHILE: f64 = 1e-3;
 
 /// The best of the minima that the starts lead to: never worse than the first fit.
 pub(super) fn correct<const D: usize>(
-    first: Solved<D>,
+    context: &Context, first: Solved<D>,
     parameters: Vec<f64>,
     solver: &dyn Solver<D>,
     data: &Data<D>,
     rule: &Parameters,
 ) -> Result<Fit<D>, Error> {
     let mut search = Search::new(data, solver);
-    let first = search.state(first, parameters)?;
+    let first = search.state(context, first, parameters)?;
     let enough = EXPLORED.0 + EXPLORED.1 * first.solved.curve.control_points().len();
     let best = if !solver.is_exact() {
-        in_turn(&search, first)?
+        in_turn(context, &search, first)?
     } else if data.points.len() <= enough {
-        explored(&search, first, rule)?
+        explored(context, &search, first, rule)?
     } else {
         search.rounds = MANY;
-        beyond(&search, first, rule, enough)?
+        beyond(context, &search, first, rule, enough)?
     };
     let Descent { state, rounds, gradient, tolerance } = best;
     let converged = gradient <= tolerance && state.solved.converged;
     let solved = Solved { iterations: rounds, converged, ..state.solved };
-    let fit = Fit::of(solved, data, state.parameters)?;
+    let fit = Fit::of(context, solved, data, state.parameters)?;
     Ok(Fit { gradient: Some(gradient), gradient_tolerance: Some(tolerance), ..fit })
 }
 
 /// Feet and solves in turn, while the sum of squares falls (Hoschek 1988).
-fn in_turn<const D: usize>(search: &Search<D>, first: State<D>) -> Result<Descent<D>, Error> {
+fn in_turn<const D: usize>(context: &Context, search: &Search<D>, first: State<D>) -> Result<Descent<D>, Error> {
     let mut best = first;
     let mut rounds = 1;
     while rounds < TURNS {
         rounds += 1;
-        let parameters = feet(&best.solved.curve.composite()?, search.data(), &best.parameters)?;
-        match search.at(parameters)? {
+        let parameters = feet(context, &best.solved.curve.composite(context)?, search.data(), &best.parameters)?;
+        match search.at(context, parameters)? {
             Some(next) if next.squares < best.squares * (1.0 - PROGRESS) => best = next,
             _ => break,
         }
     }
-    let (gradient, tolerance) = search.gradient_of(&best)?;
+    let (gradient, tolerance) = search.gradient_of(context, &best)?;
     Ok(Descent { state: best, rounds, gradient, tolerance })
 }
 
 /// With many points: a few of them show the best start for all.
-fn beyond<const D: usize>(search: &Search<D>, first: State<D>, rule: &Parameters, enough: usize) -> Result<Descent<D>, Error> {
+fn beyond<const D: usize>(context: &Context, search: &Search<D>, first: State<D>, rule: &Parameters, enough: usize) -> Result<Descent<D>, Error> {
     let (few, chosen) = search.data().thinned(enough);
     let known = &first.parameters;
     let parameters: Vec<f64> = chosen.iter().map(|&i| known[i]).collect();
     let start = Search::new(&few, search.solver);
-    let Some(state) = start.at(parameters.clone())? else { return search.descend(first, None) };
-    let found = explored(&start, state, rule)?;
+    let Some(state) = start.at(context, parameters.clone())? else { return search.descend(context, first, None) };
+    let found = explored(context, &start, state, rule)?;
     let spread = Warp::between(&parameters, &found.state.parameters);
-    let start = search.at(known.iter().map(|&t| spread.at(t)).collect())?;
+    let start = search.at(context, known.iter().map(|&t| spread.at(t)).collect())?;
     let mut best = match start.filter(|start| start.squares < first.squares) {
-        Some(start) => search.descend(start, None)?,
-        None => search.descend(first, None)?,
+        Some(start) => search.descend(context, start, None)?,
+        None => search.descend(context, first, None)?,
     };
     best.rounds += found.rounds;
     Ok(best)
 }
 
 /// Descents from every start, then from around the best.
-fn explored<const D: usize>(search: &Search<D>, first: State<D>, rule: &Parameters) -> Result<Descent<D>, Error> {
+fn explored<const D: usize>(context: &Context, search: &Search<D>, first: State<D>, rule: &Parameters) -> Result<Descent<D>, Error> {
     let length = search.solver.length();
     let given = first.parameters.clone();
-    let mut starts = vec![alternated(search, &first)?];
+    let mut starts = vec![alternated(context, search, &first)?];
     for other in rule.others() {
-        starts.push(search.at(other.on_domain(search.data(), length)?)?);
+        starts.push(search.at(context, other.on_domain(search.data(), length)?)?);
     }
     for warp in warps() {
-        starts.push(search.at(given.iter().map(|&t| length * warp.at(t / length)).collect())?);
+        starts.push(search.at(context, given.iter().map(|&t| length * warp.at(t / length)).collect())?);
     }
     let any_polynomial = search.solver.lower().is_some();
-    let joint = if any_polynomial { search.at(search.jointly(&first)?)? } else { None };
-    let mut best = search.descend(first, None)?;
+    let joint = if any_polynomial { search.at(context, search.jointly(context, &first)?)? } else { None };
+    let mut best = search.descend(context, first, None)?;
     for start in starts.into_iter().chain([joint]) {
-        best = search.improved(best, start)?;
+        best = search.improved(context, best, start)?;
     }
     if let Some(lower) = search.solver.lower() {
-        best = from_lower(search, lower.as_ref(), best, &given, rule)?;
+        best = from_lower(context, search, lower.as_ref(), best, &given, rule)?;
     }
-    hopped(search, best)
+    hopped(context, search, best)
 }
 
 /// From around the best, until some hops in turn lead back to it, or above.
-fn hopped<const D: usize>(search: &Search<D>, mut best: Descent<D>) -> Result<Descent<D>, Error> {
+fn hopped<const D: usize>(context: &Context, search: &Search<D>, mut best: Descent<D>) -> Result<Descent<D>, Error> {
     let (length, mut vain) = (search.solver.length(), 0);
     for warp in hops() {
         let before = best.state.squares;
         let moved = best.state.parameters.iter().map(|&t| length * warp.at(t / length)).collect();
-        best = search.improved(best, search.at(moved)?)?;
+        best = search.improved(context, best, search.at(context, moved)?)?;
         vain = if best.state.squares < before * (1.0 - WORTHWHILE) { 0 } else { vain + 1 };
         if vain == VAIN {
             break;
@@ -123,7 +124,7 @@ fn hopped<const D: usize>(search: &Search<D>, mut best: Descent<D>) -> Result<De
 
 /// From parameters that are best for a curve with one control point less.
 fn from_lower<const D: usize>(
-    search: &Search<D>,
+    context: &Context, search: &Search<D>,
     lower: &dyn Solver<D>,
     mut best: Descent<D>,
     given: &[f64],
@@ -135,10 +136,10 @@ fn from_lower<const D: usize>(
         starts.push(other.on_domain(search.data(), lower.length())?);
     }
     for parameters in starts {
-        let Some(start) = below.at(parameters)? else { continue };
-        let found = below.descend(start, None)?;
+        let Some(start) = below.at(context, parameters)? else { continue };
+        let found = below.descend(context, start, None)?;
         best.rounds += found.rounds;
-        best = search.improved(best, search.at(found.state.parameters)?)?;
+        best = search.improved(context, best, search.at(context, found.state.parameters)?)?;
     }
     Ok(best)
 }

@@ -1,5 +1,6 @@
 //! The points to fit, checked.
 
+use crate::core::context::Context;
 use super::Ends;
 use crate::core::curve::finite_points;
 use crate::core::error::{At, Error, Fault, at_least, at_most, every};
@@ -15,10 +16,10 @@ pub(super) struct Data<const D: usize> {
 
 impl<const D: usize> Data<D> {
     /// Checks counts, that numbers are finite, and that weights are positive.
-    pub(super) fn new(points: Vec<Point<D>>, weights: Option<Vec<f64>>, ends: Ends) -> Result<Self, Error> {
+    pub(super) fn new(context: &Context, points: Vec<Point<D>>, weights: Option<Vec<f64>>, ends: Ends) -> Result<Self, Error> {
         let counted = at_least("points", points.len(), 2);
         counted
-            .and_then(|()| at_most("points", points.len(), limits::effective().data_points, "Thin the data out"))
+            .and_then(|()| at_most("points", points.len(), context.limits.data_points, "Thin the data out"))
             .map_err(|f| f.at("points"))?;
         finite_points(&points).at("points")?;
         if let Some(weights) = &weights {

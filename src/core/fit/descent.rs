@@ -5,6 +5,7 @@
 //! is tried with the curve solved anew for the parameters it leads to: variable projection (Golub and
 //! Pereyra 1973).
 
+use crate::core::context::Context;
 use super::data::Data;
 use super::freedom::Freedom;
 use super::newton::{At, Matrix, Space, Step};
@@ -14,7 +15,6 @@ use crate::core::basis::{Basis, Bezier};
 use crate::core::curve::Single;
 use crate::core::error::Error;
 use crate::core::point::{Point, magnitude};
-use crate::core::work;
 
 /// The damping of the first step.
 const DAMPING: f64 = 1e-3;
@@ -69,33 +69,33 @@ impl<'a, const D: usize> Search<'a, D> {
         self.scene.data
     }
 
-    pub(super) fn state(&self, solved: Solved<D>, parameters: Vec<f64>) -> Result<State<D>, Error> {
-        let squares = self.scene.squares(&solved.curve, &parameters)?;
+    pub(super) fn state(&self, context: &Context, solved: Solved<D>, parameters: Vec<f64>) -> Result<State<D>, Error> {
+        let squares = self.scene.squares(context, &solved.curve, &parameters)?;
         Ok(State { solved, parameters, squares })
     }
 
     /// The state for parameters; none where they determine no curve, or one that runs away.
-    pub(super) fn at(&self, parameters: Vec<f64>) -> Result<Option<State<D>>, Error> {
-        let solved = self.solver.solve(self.scene.data, &parameters);
-        work::checkpoint()?;
+    pub(super) fn at(&self, context: &Context, parameters: Vec<f64>) -> Result<Option<State<D>>, Error> {
+        let solved = self.solver.solve(context, self.scene.data, &parameters);
+        context.checkpoint()?;
         let Ok(solved) = solved else { return Ok(None) };
         let [points, ..] = self.scene.derivatives(&solved.curve);
         if magnitude(&points) > FARTHEST {
             return Ok(None);
         }
-        let state = self.state(solved, parameters)?;
+        let state = self.state(context, solved, parameters)?;
         Ok(Some(state).filter(|state| state.squares.is_finite()))
     }
 
     /// Steps until the gradient is below its tolerance, or no step leads further, or, with a sum to
     /// get below, until that is out of sight.
-    pub(super) fn descend(&self, start: State<D>, goal: Option<f64>) -> Result<Descent<D>, Error> {
+    pub(super) fn descend(&self, context: &Context, start: State<D>, goal: Option<f64>) -> Result<Descent<D>, Error> {
         let mut state = start;
         let (mut damping, mut before) = (DAMPING, state.squares);
         let mut round = 0;
         loop {
             let at = self.place(&state);
-            let (gradient, tolerance) = self.gradient(&at, &state)?;
+            let (gradient, tolerance) = self.gradient(context, &at, &state)?;
             let ends = round == self.rounds || damping > DAMPINGS[2];
             let ends = ends || gradient <= tolerance || !gradient.is_finite();
             if ends || (round % OUTLOOK.0 == OUTLOOK.0 - 1 && is_hopeless(&state, before, goal)) {
@@ -105,17 +105,17 @@ impl<'a, const D: usize> Search<'a, D> {
                 before = state.squares;
             }
             round += 1;
-            let space = Space::new(self.solver.freedom(&state.solved.curve, self.scene.data), &at)?;
+            let space = Space::new(context, self.solver.freedom(&state.solved.curve, self.scene.data), &at)?;
             let matrices: &[_] = if round <= GAUSS { &[Matrix::Gauss] } else { &[Matrix::Newton, Matrix::Gauss] };
-            let step = first_step(&at, &space, matrices, damping)?;
+            let step = first_step(context, &at, &space, matrices, damping)?;
             // Near a minimum rounding hides whether a step leads down.
             let hidden = SAME * state.squares;
             let Some(Step { parameters, decrease, .. }) = step.filter(|step| step.decrease > -hidden) else {
                 damping = (damping * 8.0).max(DAMPINGS[1]);
                 continue;
             };
-            match self.at(parameters)? {
-                Some(trial) if self.is_better(&trial, &state, gradient)? => {
+            match self.at(context, parameters)? {
+                Some(trial) if self.is_better(context, &trial, &state, gradient)? => {
                     let gain = if decrease > hidden { 0.5 * (state.squares - trial.squares) / decrease } else { 1.0 };
                     damping = damped(damping, gain);
                     state = trial;
@@ -126,9 +126,9 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 
     /// The better of what was found and what another start leads to.
-    pub(super) fn improved(&self, best: Descent<D>, start: Option<State<D>>) -> Result<Descent<D>, Error> {
+    pub(super) fn improved(&self, context: &Context, best: Descent<D>, start: Option<State<D>>) -> Result<Descent<D>, Error> {
         let Some(start) = start else { return Ok(best) };
-        let other = self.descend(start, Some(best.state.squares))?;
+        let other = self.descend(context, start, Some(best.state.squares))?;
         let rounds = best.rounds + other.rounds;
         let better = if other.state.squares < best.state.squares * (1.0 - SAME) { other } else { best };
         Ok(Descent { rounds, ..better })
@@ -136,24 +136,24 @@ impl<'a, const D: usize> Search<'a, D> {
 
     /// Parameters that steps of Gauss and Newton lead to if the curve takes them too, and is not solved
     /// anew: another way down. For curves that may be any polynomial of their degree.
-    pub(super) fn jointly(&self, start: &State<D>) -> Result<Vec<f64>, Error> {
+    pub(super) fn jointly(&self, context: &Context, start: &State<D>) -> Result<Vec<f64>, Error> {
         let mut damping = DAMPING;
         let (mut parameters, mut squares) = (start.parameters.clone(), start.squares);
-        let mut curve = Single::new(Basis::Bezier(Bezier), start.solved.curve.bezier_points())?;
+        let mut curve = Single::new(context, Basis::Bezier(Bezier), start.solved.curve.bezier_points())?;
         let matrix = Basis::Bezier(Bezier).shape_matrix(curve.order());
         for _ in 0..JOINT {
             let derivatives = self.scene.derivatives(&curve);
             let at = At { scene: &self.scene, derivatives, parameters: &parameters };
             let space = Space::plain(Freedom::of_control_points(&matrix, self.scene.data.ends));
-            let sums = at.sums(&space, Matrix::Gauss, damping)?;
-            let Some(step) = at.step(&space, &sums, Matrix::Gauss, damping, damping)? else {
+            let sums = at.sums(context, &space, Matrix::Gauss, damping)?;
+            let Some(step) = at.step(context, &space, &sums, Matrix::Gauss, damping, damping)? else {
                 damping *= 4.0;
                 continue;
             };
             let moved = curve.control_points().iter().zip(&step.change);
             let points = moved.map(|(&p, &v)| p + self.scene.enlarged(v)).collect();
-            let Ok(next) = Single::new(Basis::Bezier(Bezier), points) else { break };
-            let next_squares = self.scene.squares(&next, &step.parameters)?;
+            let Ok(next) = Single::new(context, Basis::Bezier(Bezier), points) else { break };
+            let next_squares = self.scene.squares(context, &next, &step.parameters)?;
             if next_squares < squares {
                 damping = (damping / 3.0).max(DAMPINGS[0]);
                 (curve, parameters, squares) = (next, step.parameters, next_squares);
@@ -170,24 +170,24 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 
     /// A smaller sum; or one that is the same up to rounding, with a smaller gradient.
-    fn is_better(&self, trial: &State<D>, state: &State<D>, gradient: f64) -> Result<bool, Error> {
+    fn is_better(&self, context: &Context, trial: &State<D>, state: &State<D>, gradient: f64) -> Result<bool, Error> {
         if trial.squares < state.squares * (1.0 - SAME) {
             return Ok(true);
         }
         if trial.squares > state.squares * (1.0 + SAME) {
             return Ok(false);
         }
-        Ok(self.gradient(&self.place(trial), trial)?.0 < gradient)
+        Ok(self.gradient(context, &self.place(trial), trial)?.0 < gradient)
     }
 
     /// See [`Descent::gradient`].
-    pub(super) fn gradient_of(&self, state: &State<D>) -> Result<(f64, f64), Error> {
-        self.gradient(&self.place(state), state)
+    pub(super) fn gradient_of(&self, context: &Context, state: &State<D>) -> Result<(f64, f64), Error> {
+        self.gradient(context, &self.place(state), state)
     }
 
     /// The largest cosine between the offsets and what a parameter does to them (More, Garbow and
     /// Hillstrom 1980, User Guide for MINPACK-1, `gtol`), and below what it is zero.
-    fn gradient(&self, at: &At<D>, state: &State<D>) -> Result<(f64, f64), Error> {
+    fn gradient(&self, context: &Context, at: &At<D>, state: &State<D>) -> Result<(f64, f64), Error> {
         let length = state.squares.sqrt();
         let rounding = |points: &[Point<D>]| ROUNDINGS * self.scene.rounding(points);
         let of_data = rounding(&self.scene.data.points);
@@ -196,7 +196,7 @@ impl<'a, const D: usize> Search<'a, D> {
         }
         let of_curve = rounding(&state.solved.curve.bezier_points());
         let tolerance = (of_curve / length).min(ALMOST).max(of_data / length).max(STATIONARY);
-        Ok((at.steepest()? / length, tolerance))
+        Ok((at.steepest(context)? / length, tolerance))
     }
 }
 
@@ -215,10 +215,10 @@ fn damped(damping: f64, gain: f64) -> f64 {
 }
 
 /// The step of the first matrix that is positive definite.
-fn first_step<const D: usize>(at: &At<D>, space: &Space<D>, matrices: &[Matrix], damping: f64) -> Result<Option<Step<D>>, Error> {
+fn first_step<const D: usize>(context: &Context, at: &At<D>, space: &Space<D>, matrices: &[Matrix], damping: f64) -> Result<Option<Step<D>>, Error> {
     for &matrix in matrices {
-        let sums = at.sums(space, matrix, damping)?;
-        if let Some(step) = at.step(space, &sums, matrix, damping, 0.0)? {
+        let sums = at.sums(context, space, matrix, damping)?;
+        if let Some(step) = at.step(context, space, &sums, matrix, damping, 0.0)? {
             return Ok(Some(step));
         }
     }

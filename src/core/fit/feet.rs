@@ -2,12 +2,12 @@
 //!
 //! Hoschek 1988, "Intrinsic parametrization for approximation", CAGD 5.
 
+use crate::core::context::Context;
 use super::Ends;
 use super::data::Data;
 use crate::core::curve::{Composite, Evaluator};
 use crate::core::error::Error;
 use crate::core::point::Point;
-use crate::core::work;
 
 /// Newton steps towards one foot in one round. The next round goes on where they end.
 const NEWTON_STEPS: usize = 8;
@@ -23,15 +23,15 @@ struct Feet<'a, const D: usize> {
 }
 
 /// A parameter for each point at which the curve is no further from it than before.
-pub(super) fn feet<const D: usize>(curve: &Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Vec<f64>, Error> {
-    let first = curve.derivative()?;
-    let second = first.derivative()?;
+pub(super) fn feet<const D: usize>(context: &Context, curve: &Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Vec<f64>, Error> {
+    let first = curve.derivative(context)?;
+    let second = first.derivative(context)?;
     let (_, length) = curve.breaks().domain();
-    let feet = Feet { length, curve: curve.evaluator()?, first: first.evaluator()?, second: second.evaluator()? };
+    let feet = Feet { length, curve: curve.evaluator(context)?, first: first.evaluator(context)?, second: second.evaluator(context)? };
     let last = parameters.len() - 1;
     let held = |i: usize| data.ends == Ends::Interpolate && (i == 0 || i == last);
     let moved = |(i, &t): (usize, &f64)| if held(i) { t } else { feet.near(data.points[i], t) };
-    work::collect(parameters.iter().enumerate().map(moved))
+    context.collect(parameters.iter().enumerate().map(moved))
 }
 
 impl<const D: usize> Feet<'_, D> {

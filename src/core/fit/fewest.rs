@@ -1,5 +1,6 @@
 //! The fewest segments that were found to hold.
 
+use crate::core::context::Context;
 use super::coarsen;
 use super::problem::Problem;
 use super::spacing::Spacing;
@@ -18,22 +19,22 @@ const SCAN: usize = 8_000;
 ///
 /// Joints are taken out; others are spread evenly, by length and by places, and moved to where the error asks for them;
 /// then single joints of the best are taken out.
-pub(super) fn fewest<const D: usize>(problem: &Problem<D>, start: Spline<D>) -> Result<(Spline<D>, bool), Error> {
+pub(super) fn fewest<const D: usize>(context: &Context, problem: &Problem<D>, start: Spline<D>) -> Result<(Spline<D>, bool), Error> {
     if start.segments() == 1 {
         return Ok((start, true));
     }
-    let (mut best, mut minimal) = coarsen::one_by_one(problem, coarsen::in_batches(problem, start)?)?;
+    let (mut best, mut minimal) = coarsen::one_by_one(context, problem, coarsen::in_batches(context, problem, start)?)?;
     let equal = Spacing::equal(&problem.ordered);
     let mut other = None;
     for spacing in [&equal, &Spacing::places(&problem.ordered)] {
-        other = spread(problem, spacing, other.as_ref().unwrap_or(&best))?.or(other);
+        other = spread(context, problem, spacing, other.as_ref().unwrap_or(&best))?.or(other);
     }
-    other = moved(problem, other.as_ref().unwrap_or(&best))?.or(other);
+    other = moved(context, problem, other.as_ref().unwrap_or(&best))?.or(other);
     if let Some(other) = other {
-        (best, minimal) = coarsen::one_by_one(problem, other)?;
+        (best, minimal) = coarsen::one_by_one(context, problem, other)?;
     }
-    match scan(problem, &equal, best.segments())? {
-        Some(fewer) => coarsen::one_by_one(problem, fewer),
+    match scan(context, problem, &equal, best.segments())? {
+        Some(fewer) => coarsen::one_by_one(context, problem, fewer),
         None => Ok((best, minimal)),
     }
 }
@@ -45,14 +46,14 @@ fn is_better<const D: usize>(spline: &Spline<D>, other: &Spline<D>) -> bool {
 }
 
 /// A better spline with joints spread by a rule: their number is doubled until the spline holds, then bisected.
-fn spread<const D: usize>(problem: &Problem<D>, spacing: &Spacing, best: &Spline<D>) -> Result<Option<Spline<D>>, Error> {
+fn spread<const D: usize>(context: &Context, problem: &Problem<D>, spacing: &Spacing, best: &Spline<D>) -> Result<Option<Spline<D>>, Error> {
     if best.segments() == 1 {
         return Ok(None);
     }
     // One segment was tried first of all.
     let (mut few, mut many) = (1, 2);
     let mut found = loop {
-        if let Some(spline) = problem.held(&spacing.breaks(many))? {
+        if let Some(spline) = problem.held(context, &spacing.breaks(many))? {
             break spline;
         }
         if many == best.segments() {
@@ -62,7 +63,7 @@ fn spread<const D: usize>(problem: &Problem<D>, spacing: &Spacing, best: &Spline
     };
     while many - few > 1 {
         let middle = few + (many - few) / 2;
-        match problem.held(&spacing.breaks(middle))? {
+        match problem.held(context, &spacing.breaks(middle))? {
             Some(spline) => (found, many) = (spline, middle),
             None => few = middle,
         }
@@ -71,7 +72,7 @@ fn spread<const D: usize>(problem: &Problem<D>, spacing: &Spacing, best: &Spline
 }
 
 /// A spline with fewer segments, whose joints were moved until every segment has as much of the error.
-fn moved<const D: usize>(problem: &Problem<D>, start: &Spline<D>) -> Result<Option<Spline<D>>, Error> {
+fn moved<const D: usize>(context: &Context, problem: &Problem<D>, start: &Spline<D>) -> Result<Option<Spline<D>>, Error> {
     let (mut spacing, mut vain) = (Spacing::by_jumps(&start.composite), 0);
     let (mut best, mut least) = (None, start.segments());
     let mut wanted = least - 1;
@@ -79,10 +80,10 @@ fn moved<const D: usize>(problem: &Problem<D>, start: &Spline<D>) -> Result<Opti
         if wanted < 2 {
             break;
         }
-        let Some(trial) = problem.spline(&spacing.breaks(wanted))? else { break };
+        let Some(trial) = problem.spline(context, &spacing.breaks(wanted))? else { break };
         // As many segments as the error would be even in.
         spacing = Spacing::by_errors(problem, &trial);
-        if problem.holds(&trial)? {
+        if problem.holds(context, &trial)? {
             (best, vain, least) = (Some(trial), 0, wanted);
             wanted = (spacing.total().ceil() as usize).clamp(least / 2, least - 1);
             continue;
@@ -100,10 +101,10 @@ fn moved<const D: usize>(problem: &Problem<D>, start: &Spline<D>) -> Result<Opti
 
 /// With joints at equal distances and fewer segments than these, where bisection may have missed it, as far as the bounded
 /// work goes.
-fn scan<const D: usize>(problem: &Problem<D>, equal: &Spacing, below: usize) -> Result<Option<Spline<D>>, Error> {
+fn scan<const D: usize>(context: &Context, problem: &Problem<D>, equal: &Spacing, below: usize) -> Result<Option<Spline<D>>, Error> {
     let trials = SCAN / problem.ordered.parameters.len();
     for segments in below.saturating_sub(trials).max(2)..below {
-        if let Some(spline) = problem.held(&equal.breaks(segments))? {
+        if let Some(spline) = problem.held(context, &equal.breaks(segments))? {
             return Ok(Some(spline));
         }
     }

@@ -1,12 +1,12 @@
 //! What taking out one joint does next to it.
 
+use crate::core::context::Context;
 use super::problem::Problem;
 use super::reduced::combine;
 use super::spline::{Spline, basis_values, clamped_knots, rows};
 use crate::core::error::Error;
 use crate::core::least_squares::LeastSquares;
 use crate::core::point::Point;
-use crate::core::work::{self, Pace};
 
 /// Segments on either side of a joint whose B-splines change without it.
 const REACH: usize = 3;
@@ -31,7 +31,7 @@ pub(super) struct Local<'a, 'b, const D: usize> {
 
 impl<'a, 'b, const D: usize> Local<'a, 'b, D> {
     /// O(points).
-    pub(super) fn new(problem: &'a Problem<'b, D>, spline: &Spline<D>) -> Result<Self, Error> {
+    pub(super) fn new(context: &Context, problem: &'a Problem<'b, D>, spline: &Spline<D>) -> Result<Self, Error> {
         let (breaks, ordered) = (spline.breaks().to_vec(), &problem.ordered);
         let segments = breaks.len() - 1;
         let rows = rows(ordered.parameters, &breaks, &clamped_knots(&breaks));
@@ -39,7 +39,7 @@ impl<'a, 'b, const D: usize> Local<'a, 'b, D> {
         let mut local = Local { problem, breaks, starts, before: vec![nothing(); segments + 1], after: vec![nothing(); segments + 1] };
         let equations = |k: usize| local.starts[k]..local.starts[k + 1];
         let equation = |i: usize| local.settled(rows[i].0, segments, rows[i].1, i);
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         let (mut before, mut after) = (local.before.clone(), local.after.clone());
         for k in 0..segments {
             pace.step()?;
@@ -84,8 +84,8 @@ impl<'a, 'b, const D: usize> Local<'a, 'b, D> {
     }
 
     /// Whether the least-squares spline without an inner joint misses a point near it by more than the tolerance.
-    pub(super) fn misses(&self, joint: usize) -> Result<bool, Error> {
-        work::checkpoint()?;
+    pub(super) fn misses(&self, context: &Context, joint: usize) -> Result<bool, Error> {
+        context.checkpoint()?;
         let (near, data) = (self.segments_near(joint), self.problem.ordered.data);
         let segments = self.breaks.len() - 1;
         let mut fewer = self.breaks.clone();

@@ -1,9 +1,9 @@
 //! How far a curve is from points.
 
+use crate::core::context::Context;
 use crate::core::curve::Curve;
 use crate::core::error::Error;
 use crate::core::point::Point;
-use crate::core::work;
 
 /// Distances between points and the curve at their parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,10 +32,10 @@ impl FitError {
 }
 
 /// Evaluates the curve at each parameter. O(points * degree).
-pub(super) fn measure<const D: usize>(curve: &Curve<D>, points: &[Point<D>], parameters: &[f64]) -> Result<FitError, Error> {
-    let composite = curve.composite()?;
-    let sampled = composite.evaluator()?.sample(parameters)?;
-    let distances = work::collect(points.iter().zip(sampled).map(|(&p, q)| q.distance(p)))?;
+pub(super) fn measure<const D: usize>(context: &Context, curve: &Curve<D>, points: &[Point<D>], parameters: &[f64]) -> Result<FitError, Error> {
+    let composite = curve.composite(context)?;
+    let sampled = composite.evaluator(context)?.sample(context, parameters)?;
+    let distances = context.collect(points.iter().zip(sampled).map(|(&p, q)| q.distance(p)))?;
     Ok(FitError::of(&distances))
 }
 

@@ -40,6 +40,7 @@ mod unsolved;
 pub use measure::FitError;
 pub use parameters::Parameters;
 
+use crate::core::context::Context;
 use super::basis::Basis;
 use super::curve::{Curve, Single};
 use super::error::{At, Error, Fault};
@@ -173,7 +174,7 @@ trait Solver<const D: usize> {
     }
 
     /// The best segment for these parameters.
-    fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error>;
+    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error>;
 
     /// Whether the segment found is the best for its parameters, so that these can be sought with it.
     fn is_exact(&self) -> bool {
@@ -237,44 +238,44 @@ trait Solver<const D: usize> {
 /// assert!(fit.error.max < 0.01);
 /// # Ok::<_, springline::core::error::Error>(())
 /// ```
-pub fn fit<const D: usize>(points: Vec<Point<D>>, mut options: Options<D>) -> Result<Fit<D>, Error> {
-    let data = Data::new(points, options.weights.take(), options.ends)?;
-    let fit = solved(&data, options)?;
-    let between = between::between(&fit.curve.composite()?, &data.points, &fit.parameters)?;
+pub fn fit<const D: usize>(context: &Context, points: Vec<Point<D>>, mut options: Options<D>) -> Result<Fit<D>, Error> {
+    let data = Data::new(context, points, options.weights.take(), options.ends)?;
+    let fit = solved(context, &data, options)?;
+    let between = between::between(context, &fit.curve.composite(context)?, &data.points, &fit.parameters)?;
     if between.is_finite() { Ok(Fit { between, ..fit }) } else { Err(Fault::Overflow.at("points")) }
 }
 
 /// The same before `between` is measured, once, where all else is known.
-fn solved<const D: usize>(data: &Data<D>, options: Options<D>) -> Result<Fit<D>, Error> {
+fn solved<const D: usize>(context: &Context, data: &Data<D>, options: Options<D>) -> Result<Fit<D>, Error> {
     let single = |solver: &dyn Solver<D>| {
         let parameters = options.parameters.on_domain(data, solver.length())?;
-        let first = solver.solve(data, &parameters)?;
+        let first = solver.solve(context, data, &parameters)?;
         if options.parameter_correction {
-            return correction::correct(first, parameters, solver, data, &options.parameters);
+            return correction::correct(context, first, parameters, solver, data, &options.parameters);
         }
-        Fit::of(first, data, parameters)
+        Fit::of(context, first, data, parameters)
     };
     match options.solve {
-        Solve::ControlPoints { basis, order } => single(&control_points::ControlPoints::new(basis, order, data.ends).at("solve")?),
-        Solve::Shape { family, control_points } => single(shape::solver(family, control_points, data)?.as_ref()),
-        Solve::Both { family, order } => single(&both::Both::new(family, order).at("solve")?),
+        Solve::ControlPoints { basis, order } => single(&control_points::ControlPoints::new(context, basis, order, data.ends).at("solve")?),
+        Solve::Shape { family, control_points } => single(shape::solver(context, family, control_points, data)?.as_ref()),
+        Solve::Both { family, order } => single(&both::Both::new(context, family, order).at("solve")?),
         Solve::Tolerance { basis, tolerance } => {
             if options.parameter_correction {
                 let why = "parameter correction would move the parameters at which a tolerance fit places its joints; leave it out here";
                 return Err(Fault::Contradiction(why.into()).at("parameter_correction"));
             }
             let parameters = options.parameters.in_order(data)?;
-            tolerance::fit(data, parameters, basis, tolerance)
+            tolerance::fit(context, data, parameters, basis, tolerance)
         }
     }
 }
 
 impl<const D: usize> Fit<D> {
     /// What a solve found, measured.
-    fn of(solved: Solved<D>, data: &Data<D>, parameters: Vec<f64>) -> Result<Self, Error> {
+    fn of(context: &Context, solved: Solved<D>, data: &Data<D>, parameters: Vec<f64>) -> Result<Self, Error> {
         let Solved { curve, iterations, converged, at_bound } = solved;
         let curve = Curve::Single(curve);
-        let error = measure::measure(&curve, &data.points, &parameters)?;
+        let error = measure::measure(context, &curve, &data.points, &parameters)?;
         if !error.rms.is_finite() {
             return Err(Fault::Overflow.at("points"));
         }

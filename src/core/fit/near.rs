@@ -7,7 +7,7 @@ use crate::core::curve::Composite;
 use crate::core::error::Error;
 use crate::core::interpolate::{End, derivatives};
 use crate::core::point::Point;
-use crate::core::work::{self, Pace};
+use crate::core::context::{Context, Pace};
 
 /// The part of a chord, or of a longer one next to it, that a stretch may ever be away from it.
 const BULGE: f64 = 0.5;
@@ -33,17 +33,17 @@ pub(super) struct Near<const D: usize> {
 
 impl<const D: usize> Near<D> {
     /// O(points).
-    pub(super) fn new(ordered: &Ordered<D>, tolerance: f64) -> Result<Self, Error> {
+    pub(super) fn new(context: &Context, ordered: &Ordered<D>, tolerance: f64) -> Result<Self, Error> {
         let slopes = derivatives(&ordered.centres, &ordered.places, End::Natural);
-        let lengths = work::collect((0..ordered.stretches()).map(|i| ordered.chord(i).length()))?;
+        let lengths = context.collect((0..ordered.stretches()).map(|i| ordered.chord(i).length()))?;
         let reach = REACH * diagonal(&ordered.data.points);
         let last = lengths.len() - 1;
         let bulge = |i: usize| if i == 0 || i == last { END_BULGE } else { BULGE };
         let limit = |(i, longest): (usize, f64)| (2.0 * tolerance + bulge(i) * longest).min(reach);
         let limits: Vec<_> = nearby(&lengths).enumerate().map(limit).collect();
-        let mut bulges = bulges(ordered, &slopes)?;
+        let mut bulges = bulges(context, ordered, &slopes)?;
         if ordered.places.len() > 3 {
-            let other = self::bulges(ordered, &derivatives(&ordered.centres, &ordered.places, End::NotAKnot))?;
+            let other = self::bulges(context, ordered, &derivatives(&ordered.centres, &ordered.places, End::NotAKnot))?;
             bulges.iter_mut().zip(other).for_each(|(a, b)| *a = a.max(b));
         }
         let allowed = nearby(&bulges).zip(&limits).map(|(bulge, &limit)| limit.min(2.0 * (tolerance + bulge))).collect();
@@ -51,23 +51,23 @@ impl<const D: usize> Near<D> {
     }
 
     /// The stretches of a curve, no further from the points than the tolerance, that are too far from their chords.
-    pub(super) fn strays(&self, ordered: &Ordered<D>, curve: &Composite<D>) -> Result<Vec<usize>, Error> {
-        self.beyond(&self.allowed, ordered, curve, false)
+    pub(super) fn strays(&self, context: &Context, ordered: &Ordered<D>, curve: &Composite<D>) -> Result<Vec<usize>, Error> {
+        self.beyond(context, &self.allowed, ordered, curve, false)
     }
 
     /// The same for a curve through the points.
-    pub(super) fn strays_through(&self, ordered: &Ordered<D>, curve: &Composite<D>) -> Result<Vec<usize>, Error> {
-        self.beyond(&self.limits, ordered, curve, false)
+    pub(super) fn strays_through(&self, context: &Context, ordered: &Ordered<D>, curve: &Composite<D>) -> Result<Vec<usize>, Error> {
+        self.beyond(context, &self.limits, ordered, curve, false)
     }
 
     /// Whether there is none.
-    pub(super) fn holds(&self, ordered: &Ordered<D>, curve: &Composite<D>) -> Result<bool, Error> {
-        Ok(self.beyond(&self.allowed, ordered, curve, true)?.is_empty())
+    pub(super) fn holds(&self, context: &Context, ordered: &Ordered<D>, curve: &Composite<D>) -> Result<bool, Error> {
+        Ok(self.beyond(context, &self.allowed, ordered, curve, true)?.is_empty())
     }
 
-    fn beyond(&self, allowed: &[f64], ordered: &Ordered<D>, curve: &Composite<D>, first: bool) -> Result<Vec<usize>, Error> {
+    fn beyond(&self, context: &Context, allowed: &[f64], ordered: &Ordered<D>, curve: &Composite<D>, first: bool) -> Result<Vec<usize>, Error> {
         let breaks = curve.breaks().as_slice();
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         let (mut found, mut k, mut bend) = (Vec::new(), 0, second(curve, 0));
         for (i, ends) in ordered.places.windows(2).enumerate() {
             pace.step()?;
@@ -102,7 +102,7 @@ fn is_beyond<const D: usize>(
     mut segments: std::ops::RangeInclusive<usize>,
     [from, to]: [f64; 2],
     allowed: f64,
-    pace: &mut Pace,
+    pace: &mut Pace<'_>,
 ) -> Result<bool, Error> {
     let breaks = curve.breaks();
     let farthest = segments.try_fold(allowed, |known, k| {
@@ -114,8 +114,8 @@ fn is_beyond<const D: usize>(
 }
 
 /// How far the cubics with these derivatives may be from their chords, by their control points.
-fn bulges<const D: usize>(ordered: &Ordered<D>, slopes: &[Point<D>]) -> Result<Vec<f64>, Error> {
-    work::collect((0..ordered.stretches()).map(|i| {
+fn bulges<const D: usize>(context: &Context, ordered: &Ordered<D>, slopes: &[Point<D>]) -> Result<Vec<f64>, Error> {
+    context.collect((0..ordered.stretches()).map(|i| {
         let third = (ordered.places[i + 1] - ordered.places[i]) / 3.0;
         let chord = ordered.chord(i);
         chord.bound(&[chord.start + slopes[i] * third, chord.end - slopes[i + 1] * third])

@@ -10,6 +10,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use crate::core::context::Context;
 use super::freedom::Freedom;
 use super::offsets::{Offsets, Scene, along, dot};
 use crate::core::error::Error;
@@ -17,7 +18,6 @@ use crate::core::householder::{Block, Column, dots};
 use crate::core::lanes::LANES;
 use crate::core::least_squares::LeastSquares;
 use crate::core::point::{Point, larger};
-use crate::core::work;
 
 /// A point whose curvature term is below this part of `|C'|^2` is taken without it.
 const LEAST_CURVATURE: f64 = 0.1;
@@ -69,12 +69,12 @@ pub(super) struct At<'a, const D: usize> {
 
 impl<const D: usize> Space<D> {
     /// Orthonormal up to rounding, by reflections. Where the points do not tell the functions apart, as they are.
-    pub(super) fn new(freedom: Freedom<D>, at: &At<D>) -> Result<Self, Error> {
+    pub(super) fn new(context: &Context, freedom: Freedom<D>, at: &At<D>) -> Result<Self, Error> {
         let Freedom { functions, motions } = freedom;
         let count = functions.ncols();
         let mut problem = LeastSquares::<1>::dense(count);
         for offsets in at.blocks() {
-            work::checkpoint()?;
+            context.checkpoint()?;
             problem.push_block(Block { columns: combined(&offsets.basis, &functions), right: [[0.0; LANES]] });
         }
         let mut triangle = DMatrix::zeros(count, count);
@@ -158,17 +158,17 @@ impl<const D: usize> At<'_, D> {
     }
 
     /// The largest part of an offset along the curve, where the parameter is free to follow it.
-    pub(super) fn steepest(&self) -> Result<f64, Error> {
+    pub(super) fn steepest(&self, context: &Context) -> Result<f64, Error> {
         let mut steepest = 0.0;
         for offsets in self.blocks() {
-            work::checkpoint()?;
+            context.checkpoint()?;
             steepest = (0..LANES).fold(steepest, |m, l| larger(m, offsets.tangential(l)));
         }
         Ok(steepest)
     }
 
     /// Sums the equations over the points. O(points * (D functions)^2).
-    pub(super) fn sums(&self, space: &Space<D>, matrix: Matrix, damping: f64) -> Result<Sums, Error> {
+    pub(super) fn sums(&self, context: &Context, space: &Space<D>, matrix: Matrix, damping: f64) -> Result<Sums, Error> {
         let count = space.functions.ncols();
         let mut sums = Sums {
             gram: DMatrix::zeros(count, count),
@@ -177,7 +177,7 @@ impl<const D: usize> At<'_, D> {
             slope: DVector::zeros(count * D),
         };
         for offsets in self.blocks() {
-            work::checkpoint()?;
+            context.checkpoint()?;
             let functions = combined(&offsets.basis, &space.functions);
             let slopes = combined(&offsets.slopes, &space.functions);
             sums.add(&offsets, &functions, &slopes, matrix, damping);
@@ -188,7 +188,7 @@ impl<const D: usize> At<'_, D> {
     /// The step of these sums, with so much damping of the curve beside that of the parameters; none where
     /// their matrix is not positive definite.
     pub(super) fn step(
-        &self,
+        &self, context: &Context,
         space: &Space<D>,
         sums: &Sums,
         matrix: Matrix,
@@ -200,7 +200,7 @@ impl<const D: usize> At<'_, D> {
         let mut parameters = Vec::with_capacity(self.parameters.len());
         let mut decrease = 0.0;
         for offsets in self.blocks() {
-            work::checkpoint()?;
+            context.checkpoint()?;
             let moved = along(&offsets.basis, &change);
             let turned = along(&offsets.slopes, &change);
             let start = parameters.len();

@@ -1,5 +1,6 @@
 //! The offsets of a segment from points, and how they change with the parameters, in blocks.
 
+use crate::core::context::Context;
 use super::Ends;
 use super::data::Data;
 use super::quasi::centre;
@@ -9,7 +10,6 @@ use crate::core::error::Error;
 use crate::core::householder::Column;
 use crate::core::lanes::{LANES, bernstein};
 use crate::core::point::{Point, larger, magnitude};
-use crate::core::work;
 
 /// Points in coordinates of size 1 about their middle, with weights of at most 1: every sum of squares
 /// is safe, and no digit is lost to where the data lie.
@@ -45,15 +45,15 @@ impl<'a, const D: usize> Scene<'a, D> {
     }
 
     /// The weighted sum of squared distances, in units of the scene.
-    pub(super) fn squares(&self, curve: &Single<D>, parameters: &[f64]) -> Result<f64, Error> {
-        let composite = curve.composite()?;
-        let sampled = composite.evaluator()?.sample(parameters)?;
+    pub(super) fn squares(&self, context: &Context, curve: &Single<D>, parameters: &[f64]) -> Result<f64, Error> {
+        let composite = curve.composite(context)?;
+        let sampled = composite.evaluator(context)?.sample(context, parameters)?;
         let pairs = self.data.points.iter().zip(sampled).enumerate();
         let square = |(i, (&p, q)): (usize, (&Point<D>, Point<D>))| {
             let off = (q - p).map(|x| x / self.unit);
             off.dot(off) * (self.data.weight(i) / self.heaviest)
         };
-        Ok(work::collect(pairs.map(square))?.iter().sum())
+        Ok(context.collect(pairs.map(square))?.iter().sum())
     }
 
     /// What rounding leaves of the root of such a sum, with coordinates as large as these.

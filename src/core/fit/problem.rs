@@ -1,5 +1,6 @@
 //! What a tolerance fit has to hold.
 
+use crate::core::context::Context;
 use super::near::Near;
 use super::ordered::Ordered;
 use super::spline::Spline;
@@ -16,14 +17,14 @@ pub(super) struct Problem<'a, const D: usize> {
 
 impl<'a, const D: usize> Problem<'a, D> {
     /// O(points).
-    pub(super) fn new(ordered: Ordered<'a, D>, tolerance: f64) -> Result<Self, Error> {
-        let near = Near::new(&ordered, tolerance)?;
+    pub(super) fn new(context: &Context, ordered: Ordered<'a, D>, tolerance: f64) -> Result<Self, Error> {
+        let near = Near::new(context, &ordered, tolerance)?;
         Ok(Problem { ordered, near, tolerance })
     }
 
     /// The least-squares spline; `None` where the points do not determine it well.
-    pub(super) fn spline(&self, breaks: &[f64]) -> Result<Option<Spline<D>>, Error> {
-        match Spline::least_squares(&self.ordered, breaks) {
+    pub(super) fn spline(&self, context: &Context, breaks: &[f64]) -> Result<Option<Spline<D>>, Error> {
+        match Spline::least_squares(context, &self.ordered, breaks) {
             Ok(spline) => Ok(Some(spline)),
             Err(Unsolved::Deficient(_)) => Ok(None),
             Err(Unsolved::Stopped(error)) => Err(error),
@@ -31,20 +32,20 @@ impl<'a, const D: usize> Problem<'a, D> {
     }
 
     /// Whether every point is within the tolerance, and every stretch near its chord.
-    pub(super) fn holds(&self, spline: &Spline<D>) -> Result<bool, Error> {
-        Ok(spline.error() <= self.tolerance && self.near.holds(&self.ordered, &spline.composite)?)
+    pub(super) fn holds(&self, context: &Context, spline: &Spline<D>) -> Result<bool, Error> {
+        Ok(spline.error() <= self.tolerance && self.near.holds(context, &self.ordered, &spline.composite)?)
     }
 
     /// The same for a list of breaks: the spline, where it holds.
-    pub(super) fn held(&self, breaks: &[f64]) -> Result<Option<Spline<D>>, Error> {
-        match self.spline(breaks)? {
-            Some(spline) if self.holds(&spline)? => Ok(Some(spline)),
+    pub(super) fn held(&self, context: &Context, breaks: &[f64]) -> Result<Option<Spline<D>>, Error> {
+        match self.spline(context, breaks)? {
+            Some(spline) if self.holds(context, &spline)? => Ok(Some(spline)),
             _ => Ok(None),
         }
     }
 
     /// Which segments have a point too far off, or a stretch that strays; what is at a joint counts for both sides.
-    pub(super) fn violated(&self, spline: &Spline<D>) -> Result<Vec<bool>, Error> {
+    pub(super) fn violated(&self, context: &Context, spline: &Spline<D>) -> Result<Vec<bool>, Error> {
         let breaks = spline.breaks();
         let mut violated = vec![false; spline.segments()];
         let mut mark = |from: f64, to: f64| {
@@ -57,7 +58,7 @@ impl<'a, const D: usize> Problem<'a, D> {
             let t = self.ordered.parameters[i];
             mark(t, t);
         }
-        for i in self.near.strays(&self.ordered, &spline.composite)? {
+        for i in self.near.strays(context, &self.ordered, &spline.composite)? {
             mark(places[i], places[i + 1]);
         }
         Ok(violated)

@@ -3,9 +3,9 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
 
+use crate::core::context::Context;
 use super::combination::normalized;
 use crate::core::point::Point;
-use crate::core::work::checkpoint;
 
 /// What the interior-point method is asked for; it stops earlier where it makes no more progress.
 const TOLERANCE: f64 = 1e-12;
@@ -40,7 +40,7 @@ impl Entries {
 /// `Q_i = sum_j m_ij P_j`, to the accuracy of an interior-point method; `None` where it fails.
 ///
 /// Residuals are variables of their own, so that `R` is not squared. Coordinates are of size 1.
-pub(super) fn convex_rows<const D: usize>(equations: &[(Vec<f64>, Point<D>)], polygon: &[Point<D>]) -> Option<Vec<Vec<f64>>> {
+pub(super) fn convex_rows<const D: usize>(context: &Context, equations: &[(Vec<f64>, Point<D>)], polygon: &[Point<D>]) -> Option<Vec<Vec<f64>>> {
     let count = equations.first()?.0.len();
     let vertices = polygon.len();
     let bezier = count * vertices;
@@ -54,7 +54,8 @@ pub(super) fn convex_rows<const D: usize>(equations: &[(Vec<f64>, Point<D>)], po
     let settings =
         DefaultSettings { verbose: false, tol_gap_abs: TOLERANCE, tol_gap_rel: TOLERANCE, tol_feas: TOLERANCE, ..Default::default() };
     let mut solver = DefaultSolver::new(&p, &vec![0.0; layout.variables], &a, &right, &cones, settings).ok()?;
-    solver.set_termination_callback(|_| checkpoint().is_err());
+    let until = context.clone();
+    solver.set_termination_callback(move |_| until.checkpoint().is_err());
     solver.solve();
     let usable = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress);
     let weights = &solver.solution.x[..bezier];

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::core::context::Context;
 use super::combination::nearest_combination;
 use super::data::Data;
 use super::freedom::Freedom;
@@ -16,7 +17,6 @@ use crate::core::curve::Single;
 use crate::core::error::{Error, Fault};
 use crate::core::least_squares::{Deficient, LeastSquares};
 use crate::core::point::{Point, magnitude};
-use crate::core::work;
 
 /// Weights below this came out of the interior-point method as zeros.
 const ZERO_WEIGHT: f64 = 1e-6;
@@ -37,14 +37,14 @@ impl<const D: usize> QuasiShape<D> {
 }
 
 impl<const D: usize> Solver<D> for QuasiShape<D> {
-    fn solve(&self, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         if self.polygon.iter().all(|&p| p == self.polygon[0]) {
             return Err(no_influence("the shape matrix"));
         }
         let origin = centre(&self.polygon);
         let polygon: Vec<_> = self.polygon.iter().map(|&p| p - origin).collect();
-        let reduced = Reduced::new(data, parameters, self.degree, origin)?;
-        let matrix = best_matrix(&reduced, &polygon, self.degree, data.ends).map_err(|unsolved| {
+        let reduced = Reduced::new(context, data, parameters, self.degree, origin)?;
+        let matrix = best_matrix(context, &reduced, &polygon, self.degree, data.ends).map_err(|unsolved| {
             unsolved.explained(|deficient| {
                 let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
                 let count = distinct(parameters.iter().copied().filter(inner));
@@ -52,7 +52,7 @@ impl<const D: usize> Solver<D> for QuasiShape<D> {
                 deficiency(deficient, count, "Bezier points of this degree", advice).at("degree").at("solve")
             })
         })?;
-        let curve = Single::new(quasi_basis(&matrix)?, self.polygon.clone())?;
+        let curve = Single::new(context, quasi_basis(context, &matrix)?, self.polygon.clone())?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
     }
 
@@ -69,9 +69,9 @@ pub(super) fn centre<const D: usize>(points: &[Point<D>]) -> Point<D> {
 }
 
 /// The basis of a fitted matrix.
-pub(super) fn quasi_basis(matrix: &ShapeMatrix) -> Result<Basis, Error> {
+pub(super) fn quasi_basis(context: &Context, matrix: &ShapeMatrix) -> Result<Basis, Error> {
     let rows = matrix.rows().map(<[f64]>::to_vec).collect();
-    let quasi = Quasi::new(Shape::Matrix { rows }).map_err(|error| match error.fault {
+    let quasi = Quasi::new(context, Shape::Matrix { rows }).map_err(|error| match error.fault {
         Fault::ShapeRank { rank, columns } => Fault::RankDeficient(format!(
             "the best shape matrix has rank {rank} for {columns} control points: on the best curve some of them cannot be told apart; \
              use a control polygon with fewer points, or seek the control points instead"
@@ -94,7 +94,7 @@ struct Program<const D: usize> {
 /// The shape matrix whose Bezier points `M P` are best; of those that give the same points, the one
 /// whose rows are nearest to those of degree elevation. Coordinates are counted from near the polygon.
 pub(super) fn best_matrix<const D: usize>(
-    reduced: &Reduced<D>,
+    context: &Context, reduced: &Reduced<D>,
     polygon: &[Point<D>],
     degree: usize,
     ends: Ends,
@@ -102,7 +102,7 @@ pub(super) fn best_matrix<const D: usize>(
     let order = polygon.len() - 1;
     let unknown = if ends == Ends::Interpolate { 1..degree } else { 0..degree + 1 };
     let program = Program::new(reduced, polygon, ShapeMatrix::elevation(degree, order), unknown.clone());
-    let rows = program.solve()?;
+    let rows = program.solve(context)?;
     let unit = |i: usize, j: usize| f64::from((i == 0 && j == 0) || (i == degree && j == order));
     let entry = |i: usize, j: usize| if unknown.contains(&i) { rows[i - unknown.start][j] } else { unit(i, j) };
     Ok(ShapeMatrix::from_fn(degree + 1, order + 1, entry))
@@ -124,22 +124,22 @@ impl<const D: usize> Program<D> {
     }
 
     /// One row of weights per unknown Bezier point.
-    fn solve(&self) -> Result<Vec<Vec<f64>>, Unsolved> {
+    fn solve(&self, context: &Context) -> Result<Vec<Vec<f64>>, Unsolved> {
         let finite = |p: &Point<D>| p.is_finite();
         if !self.polygon.iter().all(finite) || !self.equations.iter().all(|(_, right)| finite(right)) {
             // Coordinates at the end of the range of a double: the error, once measured, says so.
             return Ok(self.unknown.clone().map(|i| self.elevation.row(i).to_vec()).collect());
         }
         let unbounded = self.unbounded()?;
-        let rows = self.combinations(&unbounded)?;
+        let rows = self.combinations(context, &unbounded)?;
         if self.off_hull(&rows, &unbounded) <= ON_HULL {
             return Ok(rows);
         }
-        let inner = convex_rows(&self.equations, &self.polygon);
+        let inner = convex_rows(context, &self.equations, &self.polygon);
         // A program that was stopped is none that failed.
-        work::checkpoint()?;
+        context.checkpoint()?;
         Ok(match inner {
-            Some(inner) => self.polished(&inner)?,
+            Some(inner) => self.polished(context, &inner)?,
             None => rows,
         })
     }
@@ -152,9 +152,9 @@ impl<const D: usize> Program<D> {
     }
 
     /// For each Bezier point the weights that give it and are nearest to degree elevation.
-    fn combinations(&self, bezier: &[Point<D>]) -> Result<Vec<Vec<f64>>, Error> {
+    fn combinations(&self, context: &Context, bezier: &[Point<D>]) -> Result<Vec<Vec<f64>>, Error> {
         let row = |(i, &q): (usize, &Point<D>)| {
-            work::checkpoint()?;
+            context.checkpoint()?;
             Ok(nearest_combination(&self.polygon, q, self.elevation.row(self.unknown.start + i)))
         };
         bezier.iter().enumerate().map(row).collect()
@@ -176,25 +176,25 @@ impl<const D: usize> Program<D> {
 
     /// The interior point's solution with all digits: its zeros tell the face of the hull each Bezier
     /// point lies on, and on those faces the problem is linear. Kept only where it is no worse.
-    fn polished(&self, inner: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
-        let plain = self.combinations(&self.bezier(inner))?;
-        let bezier = match self.on_faces(inner) {
+    fn polished(&self, context: &Context, inner: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
+        let plain = self.combinations(context, &self.bezier(inner))?;
+        let bezier = match self.on_faces(context, inner) {
             Ok(bezier) => bezier,
             Err(Unsolved::Deficient(_)) => return Ok(plain),
             Err(Unsolved::Stopped(error)) => return Err(error),
         };
-        let rows = self.combinations(&bezier)?;
+        let rows = self.combinations(context, &bezier)?;
         let no_worse = self.error(&rows) <= self.error(&plain) * (1.0 + 1e-9);
         Ok(if no_worse && self.off_hull(&rows, &bezier) <= ON_HULL { rows } else { plain })
     }
 
     /// Least squares with each Bezier point free on the flat of the vertices it has weight on.
-    fn on_faces(&self, inner: &[Vec<f64>]) -> Result<Vec<Point<D>>, Unsolved> {
+    fn on_faces(&self, context: &Context, inner: &[Vec<f64>]) -> Result<Vec<Point<D>>, Unsolved> {
         let flats: Vec<_> = inner.iter().map(|row| Flat::new(&self.polygon, row)).collect();
         let columns = flats.iter().map(|flat| flat.directions.len()).sum();
         let mut problem = LeastSquares::<1>::dense(columns);
         for (row, right) in &self.equations {
-            work::checkpoint()?;
+            context.checkpoint()?;
             let rest = row.iter().zip(&flats).fold(*right, |rest, (&r, flat)| rest - flat.base * r);
             for axis in 0..D {
                 let coefficients = row.iter().zip(&flats).flat_map(|(r, flat)| flat.directions.iter().map(move |e| r * e[axis]));

@@ -1,5 +1,6 @@
 //! Data as linear equations for the Bezier points of one segment.
 
+use crate::core::context::Context;
 use super::data::Data;
 use super::unsolved::Unsolved;
 use crate::core::basis::ShapeMatrix;
@@ -8,7 +9,6 @@ use crate::core::householder::Column;
 use crate::core::lanes::{LANES, bernstein};
 use crate::core::least_squares::{Block, Deficient, LeastSquares};
 use crate::core::point::{self, Point};
-use crate::core::work;
 
 /// One equation per point: `sum_i B_i(u) Q_i = p`, coordinates counted from `origin`.
 pub(super) fn blocks<'a, const D: usize>(
@@ -44,10 +44,10 @@ pub(super) struct Reduced<const D: usize> {
 
 impl<const D: usize> Reduced<D> {
     /// O(points * degree^2).
-    pub(super) fn new(data: &Data<D>, parameters: &[f64], degree: usize, origin: Point<D>) -> Result<Self, Error> {
+    pub(super) fn new(context: &Context, data: &Data<D>, parameters: &[f64], degree: usize, origin: Point<D>) -> Result<Self, Error> {
         let mut problem = LeastSquares::dense(degree + 1);
         for block in blocks(data, parameters, 1.0, degree, origin) {
-            work::checkpoint()?;
+            context.checkpoint()?;
             problem.push_block(block);
         }
         let full_row = |(k, (entries, right)): (usize, (&[f64], Point<D>))| ([&vec![0.0; k], entries].concat(), right);
@@ -108,7 +108,7 @@ pub(super) fn length<const D: usize>(a: &[Point<D>]) -> f64 {
 /// The control points that solve equations for the Bezier points `M P`; with `fixed` the first and
 /// the last control point are known.
 pub(super) fn solve_for_control_points<const D: usize>(
-    blocks: impl Iterator<Item = Block<D>>,
+    context: &Context, blocks: impl Iterator<Item = Block<D>>,
     matrix: &ShapeMatrix,
     fixed: Option<(Point<D>, Point<D>)>,
 ) -> Result<Vec<Point<D>>, Unsolved> {
@@ -116,7 +116,7 @@ pub(super) fn solve_for_control_points<const D: usize>(
     let unknown = if fixed.is_some() { order - 1 } else { order + 1 };
     let mut problem = LeastSquares::dense(unknown);
     for block in blocks {
-        work::checkpoint()?;
+        context.checkpoint()?;
         let columns = if is_identity { block.columns } else { control_columns(&block.columns, matrix) };
         let mut block = Block { columns, right: block.right };
         if let Some((first, last)) = fixed {

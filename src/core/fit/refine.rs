@@ -1,5 +1,6 @@
 //! More joints, until the tolerance holds.
 
+use crate::core::context::Context;
 use super::problem::Problem;
 use super::spline::Spline;
 use super::through::through;
@@ -19,11 +20,11 @@ const TIE: f64 = 1e-9;
 /// tried; a curve through the points where no other does.
 ///
 /// A segment with a point too far off, or a stretch that strays, is split at the place in the middle of its points.
-pub(super) fn refine<const D: usize>(problem: &Problem<D>) -> Result<(Spline<D>, usize), Error> {
+pub(super) fn refine<const D: usize>(context: &Context, problem: &Problem<D>) -> Result<(Spline<D>, usize), Error> {
     let mut joints = vec![0, problem.ordered.stretches()];
     let mut rounds = 1;
-    while let Some(spline) = at_places(problem, &joints)? {
-        let violated = problem.violated(&spline)?;
+    while let Some(spline) = at_places(context, problem, &joints)? {
+        let violated = problem.violated(context, &spline)?;
         if !violated.contains(&true) {
             return Ok((spline, rounds));
         }
@@ -31,35 +32,35 @@ pub(super) fn refine<const D: usize>(problem: &Problem<D>) -> Result<(Spline<D>,
         joints = more;
         rounds += 1;
     }
-    through_points(problem, rounds + 1)
+    through_points(context, problem, rounds + 1)
 }
 
 /// Interpolation: not-a-knot where that holds, which leaves room to take joints out of it.
-fn through_points<const D: usize>(problem: &Problem<D>, rounds: usize) -> Result<(Spline<D>, usize), Error> {
+fn through_points<const D: usize>(context: &Context, problem: &Problem<D>, rounds: usize) -> Result<(Spline<D>, usize), Error> {
     if problem.ordered.places.len() > 3
-        && let Some(spline) = at_places(problem, &not_a_knot(problem.ordered.places.len()))?
-        && problem.holds(&spline)?
+        && let Some(spline) = at_places(context, problem, &not_a_knot(problem.ordered.places.len()))?
+        && problem.holds(context, &spline)?
     {
         return Ok((spline, rounds));
     }
-    check_size(problem.ordered.stretches())?;
-    let spline = through(problem)?;
-    check_size(spline.segments())?;
+    check_size(context, problem.ordered.stretches())?;
+    let spline = through(context, problem)?;
+    check_size(context, spline.segments())?;
     Ok((spline, rounds + 1))
 }
 
 /// The least-squares spline with joints at these places.
-fn at_places<const D: usize>(problem: &Problem<D>, joints: &[usize]) -> Result<Option<Spline<D>>, Error> {
-    check_size(joints.len() - 1)?;
+fn at_places<const D: usize>(context: &Context, problem: &Problem<D>, joints: &[usize]) -> Result<Option<Spline<D>>, Error> {
+    check_size(context, joints.len() - 1)?;
     let breaks: Vec<f64> = joints.iter().map(|&place| problem.ordered.places[place]).collect();
-    problem.spline(&breaks)
+    problem.spline(context, &breaks)
 }
 
 /// Refuses a spline of more segments than a curve may have, also where some could be left out again:
 /// the limits bound the work as well.
-fn check_size(segments: usize) -> Result<(), Error> {
+fn check_size(context: &Context, segments: usize) -> Result<(), Error> {
     const ADVICE: &str = "Raise the tolerance, or fit the points in parts";
-    let limits = limits::effective();
+    let limits = &context.limits;
     at_most("segments on the way to this tolerance", segments, limits.segments, ADVICE)
         .and_then(|()| at_most("control points on the way to this tolerance", 3 * segments + 1, limits.control_points, ADVICE))
         .map_err(|fault: Fault| fault.at("tolerance").at("solve"))

@@ -1,5 +1,6 @@
 //! Shape parameters of a segment whose control polygon is given.
 
+use crate::core::context::Context;
 use super::alpha_beta::AlphaBetaShape;
 use super::beta::BetaShape;
 use super::data::Data;
@@ -15,8 +16,8 @@ use crate::core::point::{Point, magnitude};
 ///
 /// # Errors
 /// At `solve/family`, `solve/degree`, `solve/control_points` or `ends`.
-pub(super) fn solver<const D: usize>(family: Family, polygon: Vec<Point<D>>, data: &Data<D>) -> Result<Box<dyn Solver<D>>, Error> {
-    check_polygon(&polygon, data)?;
+pub(super) fn solver<const D: usize>(context: &Context, family: Family, polygon: Vec<Point<D>>, data: &Data<D>) -> Result<Box<dyn Solver<D>>, Error> {
+    check_polygon(context, &polygon, data)?;
     Ok(match family {
         Family::Bezier => {
             let why = "bezier curves have no shape parameter to seek; use the kind \"control-points\", or a family with shape parameters";
@@ -25,20 +26,20 @@ pub(super) fn solver<const D: usize>(family: Family, polygon: Vec<Point<D>>, dat
         Family::Beta => Box::new(BetaShape::new(polygon)),
         Family::AlphaBeta => {
             let basis = Basis::AlphaBeta(AlphaBeta::new(1.0, 3.0)?);
-            basis.degree(polygon.len() - 1).at("control_points").at("solve")?;
+            basis.degree(context, polygon.len() - 1).at("control_points").at("solve")?;
             Box::new(AlphaBetaShape::new(polygon))
         }
         Family::Quasi { degree } => {
-            check_degree(degree, polygon.len() - 1).at("degree").at("solve")?;
+            check_degree(context, degree, polygon.len() - 1).at("degree").at("solve")?;
             Box::new(QuasiShape::new(degree, polygon))
         }
     })
 }
 
 /// A polygon a segment may have, that ends where the curve must end.
-fn check_polygon<const D: usize>(polygon: &[Point<D>], data: &Data<D>) -> Result<(), Error> {
-    valid_points(polygon, 2)
-        .and_then(|()| Ok(at_most("control points", polygon.len(), limits::effective().degree + 1, "Use several segments of lower order")?))
+fn check_polygon<const D: usize>(context: &Context, polygon: &[Point<D>], data: &Data<D>) -> Result<(), Error> {
+    valid_points(context, polygon, 2)
+        .and_then(|()| Ok(at_most("control points", polygon.len(), context.limits.degree + 1, "Use several segments of lower order")?))
         .at("control_points")
         .at("solve")?;
     let ends = Some((polygon[0], polygon[polygon.len() - 1]));
@@ -51,8 +52,8 @@ fn check_polygon<const D: usize>(polygon: &[Point<D>], data: &Data<D>) -> Result
 }
 
 /// Degrees a quasi-bezier curve of this order may have (Chen 2013 Note 3).
-pub(super) fn check_degree(degree: usize, order: usize) -> Result<(), Fault> {
-    within_degrees("degree", degree)?;
+pub(super) fn check_degree(context: &Context, degree: usize, order: usize) -> Result<(), Fault> {
+    within_degrees(context, "degree", degree)?;
     if degree >= order {
         return Ok(());
     }

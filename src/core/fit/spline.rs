@@ -1,5 +1,6 @@
 //! C2 cubic splines, and how far each point is from them.
 
+use crate::core::context::Context;
 use super::data::Data;
 use super::ordered::Ordered;
 use super::reduced::combine;
@@ -8,7 +9,6 @@ use crate::core::curve::{BSpline, Composite};
 use crate::core::error::{Error, Fault};
 use crate::core::least_squares::{Deficient, LeastSquares};
 use crate::core::point::Point;
-use crate::core::work::{self, Pace};
 
 const DEGREE: usize = 3;
 /// The least part of a column of the least-squares problem that must not be in the span of those before it: room in
@@ -29,7 +29,7 @@ impl<const D: usize> Spline<D> {
     /// # Errors
     /// [`Unsolved::Deficient`] where the points do not determine it well: the conditions of Schoenberg and
     /// Whitney do not hold, or only just, or the coefficients are too large for a double.
-    pub(super) fn least_squares(ordered: &Ordered<D>, breaks: &[f64]) -> Result<Self, Unsolved> {
+    pub(super) fn least_squares(context: &Context, ordered: &Ordered<D>, breaks: &[f64]) -> Result<Self, Unsolved> {
         let knots = clamped_knots(breaks);
         let count = knots.len() - DEGREE - 1;
         let data = ordered.data;
@@ -40,7 +40,7 @@ impl<const D: usize> Spline<D> {
         }
         let rows = rows(ordered.parameters, breaks, &knots);
         let mut problem = LeastSquares::banded(unknown.len(), DEGREE + 1);
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for (i, (first, values)) in rows.iter().enumerate() {
             pace.step()?;
             let mut right = data.points[i];
@@ -69,13 +69,13 @@ impl<const D: usize> Spline<D> {
         }
         let value = |(first, values): &(usize, [f64; 4])| combine(values, &coefficients[*first..]);
         let distances = rows.iter().zip(&data.points).map(|(row, &p)| value(row).distance(p)).collect();
-        Ok(Spline { composite: composite(knots, coefficients, unknown.len())?, distances })
+        Ok(Spline { composite: composite(context, knots, coefficients, unknown.len())?, distances })
     }
 
     /// A spline that is known. O(points + segments).
-    pub(super) fn of(composite: Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Self, Error> {
-        let on = composite.evaluator()?.sample(parameters)?;
-        let distances = work::collect(data.points.iter().zip(on).map(|(&p, q)| q.distance(p)))?;
+    pub(super) fn of(context: &Context, composite: Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Self, Error> {
+        let on = composite.evaluator(context)?.sample(context, parameters)?;
+        let distances = context.collect(data.points.iter().zip(on).map(|(&p, q)| q.distance(p)))?;
         Ok(Spline { composite, distances })
     }
 
@@ -132,9 +132,9 @@ pub(super) fn basis_values(knots: &[f64], t: f64) -> [f64; 4] {
 }
 
 /// The Bezier segments; a spline too large for a double counts as not determined.
-fn composite<const D: usize>(knots: Vec<f64>, coefficients: Vec<Point<D>>, columns: usize) -> Result<Composite<D>, Unsolved> {
-    let spline = BSpline::new(DEGREE, knots, coefficients, false);
-    spline.and_then(|spline| spline.composite()).map_err(|error| match error.fault {
+fn composite<const D: usize>(context: &Context, knots: Vec<f64>, coefficients: Vec<Point<D>>, columns: usize) -> Result<Composite<D>, Unsolved> {
+    let spline = BSpline::new(context, DEGREE, knots, coefficients, false);
+    spline.and_then(|spline| spline.composite(context)).map_err(|error| match error.fault {
         Fault::Cancelled => Unsolved::Stopped(error),
         _ => Unsolved::Deficient(Deficient { rank: 0, columns }),
     })

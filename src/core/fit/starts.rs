@@ -1,5 +1,6 @@
 //! Parameters to start from.
 
+use crate::core::context::Context;
 use super::descent::{Search, State};
 use super::feet::feet;
 use crate::core::error::Error;
@@ -70,11 +71,11 @@ pub(super) fn hops() -> impl Iterator<Item = Warp> {
 }
 
 /// Feet and solves in turn (Hoschek 1988).
-pub(super) fn alternated<const D: usize>(search: &Search<D>, first: &State<D>) -> Result<Option<State<D>>, Error> {
-    let mut parameters = feet(&first.solved.curve.composite()?, search.data(), &first.parameters)?;
+pub(super) fn alternated<const D: usize>(context: &Context, search: &Search<D>, first: &State<D>) -> Result<Option<State<D>>, Error> {
+    let mut parameters = feet(context, &first.solved.curve.composite(context)?, search.data(), &first.parameters)?;
     for _ in 1..ALTERNATIONS {
-        let Some(state) = search.at(parameters)? else { return Ok(None) };
-        parameters = feet(&state.solved.curve.composite()?, search.data(), &state.parameters)?;
+        let Some(state) = search.at(context, parameters)? else { return Ok(None) };
+        parameters = feet(context, &state.solved.curve.composite(context)?, search.data(), &state.parameters)?;
     }
-    search.at(parameters)
+    search.at(context, parameters)
 }

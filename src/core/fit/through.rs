@@ -1,5 +1,6 @@
 //! Curves through the points, where nothing with fewer segments will do.
 
+use crate::core::context::Context;
 use super::ordered::Ordered;
 use super::problem::Problem;
 use super::spline::Spline;
@@ -8,13 +9,12 @@ use crate::core::curve::Composite;
 use crate::core::error::{At, Error};
 use crate::core::knots::Breaks;
 use crate::core::point::Point;
-use crate::core::work;
 
 /// Rounds in which more places get short derivatives, before all do.
 const ROUNDS: usize = 4;
 
 /// The line or the parabola through two or three places, as one cubic.
-pub(super) fn lowest<const D: usize>(ordered: &Ordered<D>) -> Result<Option<Composite<D>>, Error> {
+pub(super) fn lowest<const D: usize>(context: &Context, ordered: &Ordered<D>) -> Result<Option<Composite<D>>, Error> {
     let (t, p) = (&ordered.places, &ordered.centres);
     let bezier = match p.len() {
         2 => vec![p[0], p[1]],
@@ -26,7 +26,7 @@ pub(super) fn lowest<const D: usize>(ordered: &Ordered<D>) -> Result<Option<Comp
         }
         _ => return Ok(None),
     };
-    let breaks = Breaks::new(vec![t[0], t[t.len() - 1]]).at("points")?;
+    let breaks = Breaks::new(context, vec![t[0], t[t.len() - 1]]).at("points")?;
     Ok(Some(Composite::from_flat(breaks, 3, elevate(&bezier, 3))))
 }
 
@@ -36,15 +36,15 @@ pub(super) fn lowest<const D: usize>(ordered: &Ordered<D>) -> Result<Option<Comp
 /// Such a derivative goes along the mean of the two slopes, and the second derivative there is zero. A stretch that
 /// has one gets two joints more, so that position and two derivatives at either end determine it. Where both ends have
 /// one, its control points, and so all of it, are within a third of its chord.
-pub(super) fn through<const D: usize>(problem: &Problem<D>) -> Result<Spline<D>, Error> {
+pub(super) fn through<const D: usize>(context: &Context, problem: &Problem<D>) -> Result<Spline<D>, Error> {
     let ordered = &problem.ordered;
     let mut short = vec![false; ordered.places.len()];
     let mut rounds = 0;
     loop {
-        let composite = hermite(ordered, &problem.near.slopes, &short)?;
-        let strays = problem.near.strays_through(ordered, &composite)?;
+        let composite = hermite(context, ordered, &problem.near.slopes, &short)?;
+        let strays = problem.near.strays_through(context, ordered, &composite)?;
         if strays.iter().all(|&i| short[i] && short[i + 1]) {
-            return Spline::of(composite, ordered.data, ordered.parameters);
+            return Spline::of(context, composite, ordered.data, ordered.parameters);
         }
         rounds += 1;
         strays.into_iter().for_each(|i| short[i..=i + 1].fill(true));
@@ -62,8 +62,8 @@ struct Jet<const D: usize> {
     second: Point<D>,
 }
 
-fn hermite<const D: usize>(ordered: &Ordered<D>, slopes: &[Point<D>], short: &[bool]) -> Result<Composite<D>, Error> {
-    let jets = work::collect((0..short.len()).map(|i| jet(ordered, slopes, i, short[i])))?;
+fn hermite<const D: usize>(context: &Context, ordered: &Ordered<D>, slopes: &[Point<D>], short: &[bool]) -> Result<Composite<D>, Error> {
+    let jets = context.collect((0..short.len()).map(|i| jet(ordered, slopes, i, short[i])))?;
     let mut breaks = vec![ordered.places[0]];
     let mut bezier = Vec::with_capacity(4 * ordered.stretches());
     for (i, ends) in ordered.places.windows(2).enumerate() {
@@ -77,7 +77,7 @@ fn hermite<const D: usize>(ordered: &Ordered<D>, slopes: &[Point<D>], short: &[b
         }
         breaks.push(ends[1]);
     }
-    Ok(Composite::from_flat(Breaks::new(breaks).at("points")?, 3, bezier))
+    Ok(Composite::from_flat(Breaks::new(context, breaks).at("points")?, 3, bezier))
 }
 
 fn jet<const D: usize>(ordered: &Ordered<D>, slopes: &[Point<D>], i: usize, short: bool) -> Jet<D> {

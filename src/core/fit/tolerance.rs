@@ -1,5 +1,6 @@
 //! As few segments as a tolerance allows.
 
+use crate::core::context::Context;
 use super::Fit;
 use super::data::Data;
 use super::fewest::fewest;
@@ -23,14 +24,14 @@ const ROUNDINGS: f64 = 64.0;
 /// neighbouring places strays ([`Near`](super::near::Near)). Where `locally_minimal` is true, no single joint can be
 /// left out of it; with other joints altogether, fewer segments may still do. O(points) per trial, a bounded number
 /// of trials.
-pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: Basis, tolerance: f64) -> Result<Fit<D>, Error> {
-    let condition = basis.way_back(3).at("basis").at("solve")?.condition;
+pub(super) fn fit<const D: usize>(context: &Context, data: &Data<D>, parameters: Vec<f64>, basis: Basis, tolerance: f64) -> Result<Fit<D>, Error> {
+    let condition = basis.way_back(context, 3).at("basis").at("solve")?.condition;
     let target = reachable(data, tolerance, condition).at("solve")?;
-    let problem = Problem::new(Ordered::new(data, &parameters), target)?;
-    let (spline, iterations, minimal) = found(&problem)?;
-    let (curve, _) = Piecewise::from_composite(Bases::Common(basis), 3, &spline.composite, false).at("solve")?;
+    let problem = Problem::new(context, Ordered::new(data, &parameters), target)?;
+    let (spline, iterations, minimal) = found(context, &problem)?;
+    let (curve, _) = Piecewise::from_composite(context, Bases::Common(basis), 3, &spline.composite, false).at("solve")?;
     let curve = Curve::Piecewise(curve);
-    let error = measure(&curve, &data.points, &parameters)?;
+    let error = measure(context, &curve, &data.points, &parameters)?;
     if error.max > tolerance || error.max.is_nan() {
         return Err(not_met(tolerance, error.max, spline.segments()));
     }
@@ -50,19 +51,19 @@ pub(super) fn fit<const D: usize>(data: &Data<D>, parameters: Vec<f64>, basis: B
 }
 
 /// A spline that holds, after how many trials, and whether no joint of it can be left out.
-fn found<const D: usize>(problem: &Problem<D>) -> Result<(Spline<D>, usize, bool), Error> {
+fn found<const D: usize>(context: &Context, problem: &Problem<D>) -> Result<(Spline<D>, usize, bool), Error> {
     let (ordered, tolerance) = (&problem.ordered, problem.tolerance);
-    if let Some(lowest) = lowest(ordered)? {
-        let spline = Spline::of(lowest, ordered.data, ordered.parameters)?;
-        if problem.near.strays_through(ordered, &spline.composite)?.is_empty() {
+    if let Some(lowest) = lowest(context, ordered)? {
+        let spline = Spline::of(context, lowest, ordered.data, ordered.parameters)?;
+        if problem.near.strays_through(context, ordered, &spline.composite)?.is_empty() {
             return Ok((spline, 1, true));
         }
     }
-    let (spline, rounds) = refine(problem)?;
+    let (spline, rounds) = refine(context, problem)?;
     if spline.error() > tolerance {
         return Err(not_met(tolerance, spline.error(), spline.segments()));
     }
-    let (spline, minimal) = fewest(problem, spline)?;
+    let (spline, minimal) = fewest(context, problem, spline)?;
     Ok((spline, rounds, minimal))
 }
 /// What the spline must hold, so that the tolerance still holds after rounding to control points.

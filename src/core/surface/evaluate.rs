@@ -1,11 +1,11 @@
 //! Points, partial derivatives, normals and curvatures of a surface.
 
+use crate::core::context::Context;
 use super::{Direction, Patch, Surface};
 use crate::core::error::{At, Error, Fault, at_least, at_most, both, every};
 use crate::core::gaps::derivative_size;
 use crate::core::limits;
 use crate::core::point::Point;
-use crate::core::work::{self, Pace};
 
 /// Where to sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,13 +63,13 @@ fn jets(patch: &Patch, orders: usize) -> Vec<Patch> {
 ///
 /// # Errors
 /// At `at`: counts below 2, parameters outside the domain, more samples than the limits. At `derivatives`: above 2.
-pub fn evaluate(surface: &Surface, places: &Places, orders: usize, wanted: SurfaceQuantities) -> Result<SurfaceSamples, Error> {
+pub fn evaluate(context: &Context, surface: &Surface, places: &Places, orders: usize, wanted: SurfaceQuantities) -> Result<SurfaceSamples, Error> {
     check_orders(orders).at("derivatives")?;
-    places.check().at("at")?;
+    places.check(context).at("at")?;
     let patch = surface.patch();
     let pairs = pairs(&patch, places).at("at")?;
     let asked = [1, 3, 6][orders] + usize::from(wanted.normal);
-    at_most("points and vectors in the answer", pairs.len() * asked, limits::effective().answer_points, "Ask for fewer samples")
+    at_most("points and vectors in the answer", pairs.len() * asked, context.limits.answer_points, "Ask for fewer samples")
         .at("at")?;
     let needed = match wanted {
         SurfaceQuantities { mean_curvature: true, .. } | SurfaceQuantities { gaussian_curvature: true, .. } => 2,
@@ -80,12 +80,12 @@ pub fn evaluate(surface: &Surface, places: &Places, orders: usize, wanted: Surfa
     let at = |jet: &Patch, &[u, v]: &[f64; 2]| jet.combine(&jet.weights(Direction::U, u), &jet.weights(Direction::V, v));
     let mut lists = Vec::with_capacity(jets.len());
     for jet in &jets {
-        lists.push(work::collect(pairs.iter().map(|pair| at(jet, pair)))?);
+        lists.push(context.collect(pairs.iter().map(|pair| at(jet, pair)))?);
     }
     let mut samples = SurfaceSamples::default();
     if wanted != SurfaceQuantities::default() {
         let sizes = sizes(&patch);
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for i in 0..pairs.len() {
             pace.step()?;
             samples.push(i, &Frame::new(|k| lists.get(k).map_or(Point::ZERO, |list: &Vec<_>| list[i]), sizes), wanted);
@@ -124,8 +124,8 @@ impl Places {
     ///
     /// # Errors
     /// Counts out of range, each at its field.
-    pub fn check(&self) -> Result<(), Error> {
-        let few = |count| at_most("samples", count, limits::effective().samples, "Sample the surface in parts");
+    pub fn check(&self, context: &Context) -> Result<(), Error> {
+        let few = |count| at_most("samples", count, context.limits.samples, "Sample the surface in parts");
         match self {
             Places::Grid(rows, columns) => {
                 both(at_least("samples", *rows, 2).at("u"), at_least("samples", *columns, 2).at("v"))?;

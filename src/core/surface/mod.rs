@@ -10,6 +10,7 @@ pub use patch::{Direction, Patch};
 pub use subdivide::{Piece, Pieces, subdivide};
 pub use tessellate::{Mesh, tessellate};
 
+use crate::core::context::Context;
 use super::basis::Basis;
 use super::curve::finite_points;
 use super::domain::Domain;
@@ -33,11 +34,11 @@ impl Surface {
     /// # Errors
     /// At `control_net`: rows of different lengths, fewer than 2 rows or columns, too many points; at `u` or `v`: a basis that
     /// does not suit its order.
-    pub fn new(u: Basis, v: Basis, net: Vec<Vec<Point<3>>>) -> Result<Self, Error> {
+    pub fn new(context: &Context, u: Basis, v: Basis, net: Vec<Vec<Point<3>>>) -> Result<Self, Error> {
         at_least("rows of control points", net.len(), 2).at("control_net")?;
         let columns = net[0].len();
         at_least("control points in a row", columns, 2).at(0).at("control_net")?;
-        at_most("control points", net.len().saturating_mul(columns), limits::effective().control_points, "Send the surface in parts")
+        at_most("control points", net.len().saturating_mul(columns), context.limits.control_points, "Send the surface in parts")
             .at("control_net")?;
         for (i, row) in net.iter().enumerate() {
             if row.len() != columns {
@@ -48,8 +49,8 @@ impl Surface {
             }
             finite_points(row).at(i).at("control_net")?;
         }
-        u.degree(net.len() - 1).at("u")?;
-        v.degree(columns - 1).at("v")?;
+        u.degree(context, net.len() - 1).at("u")?;
+        v.degree(context, columns - 1).at("v")?;
         Ok(Surface { bases: [u, v], columns, points: net.concat() })
     }
 

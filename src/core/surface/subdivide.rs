@@ -1,5 +1,6 @@
 //! Cutting a surface into patches that together are the same surface.
 
+use crate::core::context::Context;
 use super::{Direction, Patch, Surface};
 use crate::core::basis::{Basis, Bezier};
 use crate::core::domain::Domain;
@@ -7,7 +8,6 @@ use crate::core::error::{At, Error, Fault, at_most, both, increasing};
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::subdivide::Form;
-use crate::core::work;
 
 /// A piece with the rectangle of the whole surface's parameters that it covers.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,7 @@ pub struct Pieces {
 /// # Errors
 /// At `at/u` or `at/v`: parameters outside the domain or not increasing. At `form`: bases without a way back. More points than
 /// [`limits::CONTROL_POINTS`].
-pub fn subdivide(surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Result<Pieces, Error> {
+pub fn subdivide(context: &Context, surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Result<Pieces, Error> {
     let whole = surface.patch();
     let [of_u, of_v] = super::domains(whole.domain());
     let cuts = |domain: Domain, values: &[f64]| {
@@ -44,36 +44,36 @@ pub fn subdivide(surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Resul
     let (us, vs) = both(cuts(of_u, us).at("u"), cuts(of_v, vs).at("v")).at("at")?;
     let [m, n] = whole.degrees();
     let points = (us.len() + 1).saturating_mul(vs.len() + 1).saturating_mul((m + 1) * (n + 1));
-    at_most("control points in the answer", points, limits::effective().control_points, "Cut the surface in parts").at("at")?;
+    at_most("control points in the answer", points, context.limits.control_points, "Cut the surface in parts").at("at")?;
     let mut patches = Vec::with_capacity((us.len() + 1) * (vs.len() + 1));
-    for strip in cut(&whole, Direction::U, &us)? {
-        patches.extend(cut(&strip, Direction::V, &vs)?);
+    for strip in cut(context, &whole, Direction::U, &us)? {
+        patches.extend(cut(context, &strip, Direction::V, &vs)?);
     }
     if form != Form::Bezier {
-        match in_family(surface, &patches) {
+        match in_family(context, surface, &patches) {
             Ok((pieces, condition)) => return Ok(Pieces { pieces, in_family: true, condition }),
             Err(fault) if form == Form::Family => return Err(fault.at("form")),
-            Err(_) => work::checkpoint()?,
+            Err(_) => context.checkpoint()?,
         }
     }
     let bezier = || Basis::Bezier(Bezier);
     let piece = |patch: &Patch| {
-        work::checkpoint().map_err(|error| error.fault)?;
+        context.checkpoint().map_err(|error| error.fault)?;
         let net = patch.rows().map(<[_]>::to_vec).collect();
         // A fault has no place in the request: the net is not the one given.
-        let surface = Surface::new(bezier(), bezier(), net).map_err(|error| error.fault)?;
+        let surface = Surface::new(context, bezier(), bezier(), net).map_err(|error| error.fault)?;
         Ok(Piece { domain: patch.domain(), surface })
     };
     Ok(Pieces { pieces: patches.iter().map(piece).collect::<Result<_, Fault>>()?, in_family: false, condition: 1.0 })
 }
 
 /// The parts of a patch between cuts; a cut at an end of the domain is none.
-fn cut(patch: &Patch, direction: Direction, values: &[f64]) -> Result<Vec<Patch>, Error> {
+fn cut(context: &Context, patch: &Patch, direction: Direction, values: &[f64]) -> Result<Vec<Patch>, Error> {
     let (start, end) = patch.domain()[direction as usize];
     let mut parts = Vec::with_capacity(values.len() + 1);
     let mut rest = patch.clone();
     for &t in values.iter().filter(|&&t| t > start && t < end) {
-        work::checkpoint()?;
+        context.checkpoint()?;
         let (part, after) = rest.split(direction, t);
         parts.push(part);
         rest = after;
@@ -82,20 +82,20 @@ fn cut(patch: &Patch, direction: Direction, values: &[f64]) -> Result<Vec<Patch>
     Ok(parts)
 }
 
-fn in_family(surface: &Surface, patches: &[Patch]) -> Result<(Vec<Piece>, f64), Fault> {
+fn in_family(context: &Context, surface: &Surface, patches: &[Patch]) -> Result<(Vec<Piece>, f64), Fault> {
     let [order_u, order_v] = surface.orders();
     let [u, v] = surface.bases();
-    let (way_u, way_v) = (u.way_back(order_u)?, v.way_back(order_v)?);
+    let (way_u, way_v) = (u.way_back(context, order_u)?, v.way_back(context, order_v)?);
     let condition = way_u.condition * way_v.condition;
     if condition > limits::CONDITION {
         return Err(Fault::IllConditioned { condition });
     }
     let piece = |patch: &Patch| {
-        work::checkpoint().map_err(|error| error.fault)?;
+        context.checkpoint().map_err(|error| error.fault)?;
         let rows: Vec<Vec<Point<3>>> = patch.rows().map(|row| way_v.control_points(row)).collect();
         let columns: Vec<_> = (0..=order_v).map(|j| way_u.control_points(&super::column(&rows, j))).collect();
         let net = (0..=order_u).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
-        let surface = Surface::new(u.clone(), v.clone(), net).map_err(|error| error.fault)?;
+        let surface = Surface::new(context, u.clone(), v.clone(), net).map_err(|error| error.fault)?;
         Ok(Piece { domain: patch.domain(), surface })
     };
     let pieces = patches.iter().map(piece).collect::<Result<_, Fault>>()?;

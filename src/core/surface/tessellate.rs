@@ -1,12 +1,12 @@
 //! Triangles close to a surface.
 
+use crate::core::context::Context;
 use super::evaluate::spread;
 use super::{Direction, Patch, Surface};
 use crate::core::error::{At, Error, Fault};
 use crate::core::evaluate::check_tolerance;
 use crate::core::limits;
 use crate::core::point::Point;
-use crate::core::work;
 
 /// A mesh of triangles that share their vertices.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,22 +83,22 @@ impl Bends {
 ///
 /// # Errors
 /// At `tolerance`: not positive, below rounding, or so small that the mesh exceeds [`limits::SAMPLES`] vertices.
-pub fn tessellate(surface: &Surface, tolerance: f64) -> Result<Mesh, Error> {
+pub fn tessellate(context: &Context, surface: &Surface, tolerance: f64) -> Result<Mesh, Error> {
     let patch = surface.patch();
     check_tolerance(tolerance, patch.magnitude()).at("tolerance")?;
     let bends = Bends::of(&patch);
-    let Some([m, n]) = bends.cells(tolerance, limits::effective().samples) else {
+    let Some([m, n]) = bends.cells(tolerance, context.limits.samples) else {
         let advice = "Raise the tolerance, or cut the surface first";
-        let (what, count, most) = ("vertices or more are needed", limits::effective().samples + 1, limits::effective().samples);
+        let (what, count, most) = ("vertices or more are needed", context.limits.samples + 1, context.limits.samples);
         return Err(Fault::TooLarge { what, count, most, advice }.at("tolerance"));
     };
     let (us, vs) = (spread(patch.domain()[0], m + 1), spread(patch.domain()[1], n + 1));
-    let in_u = work::collect(us.iter().map(|&u| patch.weights(Direction::U, u)))?;
-    let in_v = work::collect(vs.iter().map(|&v| patch.weights(Direction::V, v)))?;
+    let in_u = context.collect(us.iter().map(|&u| patch.weights(Direction::U, u)))?;
+    let in_v = context.collect(vs.iter().map(|&v| patch.weights(Direction::V, v)))?;
     Ok(Mesh {
         cells: [m, n],
         parameters: us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v])).collect(),
-        points: work::collect(in_u.iter().flat_map(|u| in_v.iter().map(|v| patch.combine(u, v))))?,
+        points: context.collect(in_u.iter().flat_map(|u| in_v.iter().map(|v| patch.combine(u, v))))?,
         triangles: (0..m).flat_map(|i| (0..n).flat_map(move |j| cell(i * (n + 1) + j, n + 1))).collect(),
         bound: bends.bound(m, n),
     })

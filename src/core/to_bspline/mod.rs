@@ -9,12 +9,12 @@ mod removal;
 mod smooth;
 mod spline;
 
+use crate::core::context::Context;
 use super::bezier_form::split;
 use super::curve::{BSpline, Composite, Curve, Segment};
 use super::error::{At, Error, Fault, at_most};
 use super::limits;
 use super::point::Point;
-use super::work;
 use smooth::Knot;
 use spline::Spline;
 
@@ -73,28 +73,28 @@ pub fn check_tolerance(tolerance: f64) -> Result<(), Fault> {
 ///
 /// # Errors
 /// At `tolerance`: not positive or 1 and more. At `knots`: uniform or periodic knots that the curve does not allow.
-pub fn to_bspline<const D: usize>(curve: &Curve<D>, style: KnotStyle, tolerance: f64) -> Result<Conversion<D>, Error> {
+pub fn to_bspline<const D: usize>(context: &Context, curve: &Curve<D>, style: KnotStyle, tolerance: f64) -> Result<Conversion<D>, Error> {
     check_tolerance(tolerance).at("tolerance")?;
     if style == KnotStyle::Periodic && !curve.closed() {
         return Err(unsuitable("periodic knots need a closed curve; mark it \"closed\", or ask for clamped knots").at("knots"));
     }
-    let composite = curve.composite().at("curve")?;
+    let composite = curve.composite(context).at("curve")?;
     let given = match curve {
         Curve::BSpline(spline) => Spline::of_bspline(spline),
-        _ => Spline::of_composite(&composite)?,
+        _ => Spline::of_composite(context, &composite)?,
     };
-    let found = given.measured(tolerance)?;
+    let found = given.measured(context, tolerance)?;
     let seam = curve.closed().then(|| clamped(given.clone()).seam(tolerance));
     // At one parameter, up to `degree` knots may lose as many copies each.
     let allowed = tolerance * composite.magnitude() / ((given.degree + 1) * (given.degree + 1)) as f64;
     let least = usize::from(style == KnotStyle::Uniform);
-    let lowered = given.lowered(&found, least, allowed)?;
+    let lowered = given.lowered(context, &found, least, allowed)?;
     let converted = match style {
         KnotStyle::Clamped => clamped(lowered),
         KnotStyle::Uniform => uniform(lowered, &composite, &found, seam).at("knots")?,
         KnotStyle::Periodic => periodic(lowered, seam.unwrap_or(0)),
     };
-    finished(converted, curve.closed(), &composite, style, tolerance).map(|(curve, deviation)| {
+    finished(context, converted, curve.closed(), &composite, style, tolerance).map(|(curve, deviation)| {
         let joints = joints(&found, seam, &curve);
         Conversion { curve, joints, deviation, tolerance }
     })
@@ -102,16 +102,16 @@ pub fn to_bspline<const D: usize>(curve: &Curve<D>, style: KnotStyle, tolerance:
 
 /// The B-spline, and how far it may be from the curve.
 fn finished<const D: usize>(
-    spline: Spline<D>,
+    context: &Context, spline: Spline<D>,
     closed: bool,
     composite: &Composite<D>,
     style: KnotStyle,
     tolerance: f64,
 ) -> Result<(BSpline<D>, f64), Error> {
     let Spline { degree, knots, points } = spline;
-    at_most("control points in the answer", points.len(), limits::effective().control_points, "Convert the curve in parts")?;
-    let curve = BSpline::new(degree, knots, points, closed).map_err(|error| error.fault.at("curve"))?;
-    let deviation = deviation(composite, &curve.composite()?)?;
+    at_most("control points in the answer", points.len(), context.limits.control_points, "Convert the curve in parts")?;
+    let curve = BSpline::new(context, degree, knots, points, closed).map_err(|error| error.fault.at("curve"))?;
+    let deviation = deviation(context, composite, &curve.composite(context)?)?;
     if style != KnotStyle::Clamped {
         check_deviation(deviation, tolerance, composite).at("knots")?;
     }
@@ -204,7 +204,7 @@ fn uniform<const D: usize>(spline: Spline<D>, composite: &Composite<D>, found: &
 
 /// The largest distance between Bezier points of the two curves on the intervals of the first: as a curve is in the hull of
 /// its Bezier points, so is the difference of two.
-fn deviation<const D: usize>(original: &Composite<D>, result: &Composite<D>) -> Result<f64, Error> {
+fn deviation<const D: usize>(context: &Context, original: &Composite<D>, result: &Composite<D>) -> Result<f64, Error> {
     let on_interval = |i: usize| {
         let (a, b) = original.breaks().interval(i);
         let holder = result.breaks().segment_at(a + 0.5 * (b - a));
@@ -215,7 +215,7 @@ fn deviation<const D: usize>(original: &Composite<D>, result: &Composite<D>) -> 
         let between = origin - original.origin;
         original.points.iter().zip(piece).map(|(&p, q)| (between + (q - p)).norm()).fold(0.0, f64::max)
     };
-    Ok(work::collect((0..original.breaks().segments()).map(on_interval))?.into_iter().fold(0.0, f64::max))
+    Ok(context.collect((0..original.breaks().segments()).map(on_interval))?.into_iter().fold(0.0, f64::max))
 }
 
 /// The Bezier points over `[u, v]`, a part of `[0, 1]`.

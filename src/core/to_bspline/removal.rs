@@ -1,20 +1,20 @@
 //! Taking knots out of a B-spline, one copy at a time.
 
+use crate::core::context::Context;
 use super::smooth::Knot;
 use super::spline::Spline;
 use crate::core::error::Error;
 use crate::core::local::localized;
 use crate::core::point::Point;
-use crate::core::work::Pace;
 
 impl<const D: usize> Spline<D> {
     /// The curve with each knot repeated as often as its continuity needs, at least `least` times: copies go one by one,
     /// until one would move a control point further than `allowed`. O(knots * degree^2).
-    pub(super) fn lowered(self, found: &[Knot], least: usize, allowed: f64) -> Result<Self, Error> {
+    pub(super) fn lowered(self, context: &Context, found: &[Knot], least: usize, allowed: f64) -> Result<Self, Error> {
         let degree = self.degree;
         let mut done =
             Removal { knots: Vec::with_capacity(self.knots.len()), points: Vec::with_capacity(self.points.len()), old: self, gone: 0 };
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for knot in found {
             let needed = (degree as i32 - knot.continuity).max(least as i32) as usize;
             let mut copies = knot.last - knot.first + 1;

@@ -1,9 +1,9 @@
 //! How smooth a B-spline is at a knot.
 
+use crate::core::context::Context;
 use super::spline::Spline;
 use crate::core::error::Error;
 use crate::core::point::{Point, larger};
-use crate::core::work::Pace;
 
 /// The control vectors of one span, differenced as often as asked.
 ///
@@ -81,9 +81,9 @@ pub(super) struct Knot {
 
 impl<const D: usize> Spline<D> {
     /// The knots inside the domain, with what is found there. O(knots * degree^2).
-    pub(super) fn measured(&self, tolerance: f64) -> Result<Vec<Knot>, Error> {
+    pub(super) fn measured(&self, context: &Context, tolerance: f64) -> Result<Vec<Knot>, Error> {
         let mut knots = Vec::new();
-        let (mut first, mut pace) = (self.degree + 1, Pace::default());
+        let (mut first, mut pace) = (self.degree + 1, context.pace());
         for copies in self.inner().chunk_by(|a, b| a == b) {
             pace.step()?;
             let last = first + copies.len() - 1;

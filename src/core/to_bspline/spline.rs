@@ -1,10 +1,10 @@
 //! A B-spline under way: its knots and control points may change.
 
+use crate::core::context::Context;
 use crate::core::curve::{BSpline, Composite};
 use crate::core::error::Error;
 use crate::core::local::localized;
 use crate::core::point::Point;
-use crate::core::work::Pace;
 
 /// A B-spline whose domain starts at the last of equal knots and ends at the first.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,11 +25,11 @@ impl<const D: usize> Spline<D> {
     }
 
     /// Bezier segments as they are: each joint a knot of multiplicity `degree + 1`.
-    pub(super) fn of_composite(composite: &Composite<D>) -> Result<Self, Error> {
+    pub(super) fn of_composite(context: &Context, composite: &Composite<D>) -> Result<Self, Error> {
         let degree = composite.degree();
         let knots = composite.breaks().as_slice().iter().flat_map(|&t| std::iter::repeat_n(t, degree + 1)).collect();
         let mut points = Vec::with_capacity(composite.breaks().segments() * (degree + 1));
-        let mut pace = Pace::default();
+        let mut pace = context.pace();
         for segment in composite.locals() {
             pace.step()?;
             points.extend(segment.absolute());
