@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
+use crate::core::context::Context;
 use crate::api::memory::{Memory, Reservation};
 
 /// The size of a chunk. An answer within one chunk is not counted against the budget.
@@ -19,6 +20,7 @@ pub struct Buffer {
     full: VecDeque<Chunk>,
     chunk: Vec<u8>,
     budget: Arc<dyn Memory>,
+    context: Context,
     reservation: Option<Reservation>,
     threads: usize,
 }
@@ -57,8 +59,9 @@ pub struct Chunks {
 
 impl Buffer {
     /// A blank chunk.
-    pub fn new(budget: &Arc<dyn Memory>) -> Self {
-        Buffer { full: VecDeque::new(), chunk: Vec::with_capacity(FIRST), budget: budget.clone(), reservation: None, threads: 1 }
+    pub fn new(context: &Context, budget: &Arc<dyn Memory>) -> Self {
+        let (budget, context) = (budget.clone(), context.clone());
+        Buffer { full: VecDeque::new(), chunk: Vec::with_capacity(FIRST), budget, context, reservation: None, threads: 1 }
     }
 
     /// The same, to be written with so many threads at once.
@@ -73,7 +76,8 @@ impl Buffer {
 
     /// Another blank chunk, paid from the same budget.
     pub fn sibling(&self) -> Self {
-        Buffer { full: VecDeque::new(), chunk: Vec::new(), budget: self.budget.clone(), reservation: None, threads: self.threads }
+        let (budget, context) = (self.budget.clone(), self.context.clone());
+        Buffer { full: VecDeque::new(), chunk: Vec::new(), budget, context, reservation: None, threads: self.threads }
     }
 
     /// The same, with its first chunk counted against the budget too.
@@ -141,7 +145,7 @@ impl Buffer {
 
     /// Puts the full chunk away and takes a blank one that is paid for.
     fn turn(&mut self) -> Result<(), Stopped> {
-        context.checkpoint().map_err(|_| Stopped::Cancelled)?;
+        self.context.checkpoint().map_err(|_| Stopped::Cancelled)?;
         let mut reservation = Reservation::of(&self.budget);
         reservation.grow_to(CHUNK).map_err(|_| Stopped::NoRoom)?;
         let text = std::mem::replace(&mut self.chunk, Vec::with_capacity(CHUNK));

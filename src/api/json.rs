@@ -13,6 +13,7 @@ use crate::api::problem::{FoundFault, Problem};
 use crate::api::reader;
 use crate::api::wire::tolerant::{self as tolerant, Misfit};
 use crate::api::writer::{self, Written};
+use crate::core::context::Context;
 use crate::core::error::{Error, Fault};
 
 /// What the body of an operation is.
@@ -21,28 +22,28 @@ pub trait Request: DeserializeOwned {
     ///
     /// # Errors
     /// What is wrong with the parts; nothing is computed.
-    fn check(self) -> Result<(), Error>;
+    fn check(self, context: &Context) -> Result<(), Error>;
 }
 
 /// Reads a request.
 ///
 /// # Errors
 /// A problem with status 400, a pointer to each value at fault, and line and column of the first.
-pub fn from_bytes<T: Request>(body: &[u8]) -> Result<T, Problem> {
+pub fn from_bytes<T: Request>(context: &Context, body: &[u8]) -> Result<T, Problem> {
     // The fast ways end at the first fault and do not know its place; only then the body is read again.
-    if let Ok(request) = reader::read(body) {
+    if let Ok(request) = reader::read(context, body) {
         return Ok(request);
     }
     context.checkpoint()?;
     serde_json::from_slice(body).or_else(|error| {
         context.checkpoint()?;
-        let problem = explain::<T>(body, &error);
+        let problem = explain::<T>(context, body, &error);
         context.checkpoint()?;
         Err(problem)
     })
 }
 
-fn explain<T: Request>(body: &[u8], error: &serde_json::Error) -> Problem {
+fn explain<T: Request>(context: &Context, body: &[u8], error: &serde_json::Error) -> Problem {
     if body.trim_ascii().is_empty() {
         return not_json("the body is empty; send a JSON object").with_position(1, 1);
     }
@@ -54,11 +55,11 @@ fn explain<T: Request>(body: &[u8], error: &serde_json::Error) -> Problem {
         // The first reader stopped where the text breaks, or at a fault before.
         Err(later) => return broken(if error.is_data() { &later } else { error }),
     };
-    let (request, misfits, count) = tolerant::read::<T>(text);
+    let (request, misfits, count) = tolerant::read::<T>(context, text);
     if misfits.is_empty() {
         return broken(error);
     }
-    let semantic = request.and_then(|request| request.check().err()).map_or(Vec::new(), Error::each);
+    let semantic = request.and_then(|request| request.check(context).err()).map_or(Vec::new(), Error::each);
     let semantic: Vec<Error> = semantic.into_iter().filter(|error| !depends_on(error, &misfits)).collect();
     let total = count + semantic.len();
     let faults = misfits.into_iter().map(FoundFault::from).chain(semantic.into_iter().map(FoundFault::from));
@@ -198,7 +199,7 @@ pub fn write(answer: &impl Written, format: Format, buffer: &mut Buffer) -> Resu
 /// # Errors
 /// [`Fault::Overflow`], as [`write()`].
 pub fn to_bytes(answer: &impl Written) -> Result<Vec<u8>, Problem> {
-    let mut buffer = Buffer::new(&memory::unlimited());
+    let mut buffer = Buffer::new(&Context::default(), &memory::unlimited());
     write(answer, Format::default(), &mut buffer).map(|()| buffer.finish().concat())
 }
 

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use crate::core::context::Context;
 use crate::api::problem::Status;
 use serde::de::{self, Deserializer, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
@@ -45,16 +46,16 @@ impl<'a> Line<'a> {
     ///
     /// # Errors
     /// Not JSON; not an object; fields that are missing, unknown, repeated or of another type.
-    pub fn read(text: &'a [u8], number: usize, max_depth: usize) -> Result<(Option<Id>, Cow<'a, str>, &'a RawValue), Refusal> {
+    pub fn read(context: &Context, text: &'a [u8], number: usize, max_depth: usize) -> Result<(Option<Id>, Cow<'a, str>, &'a RawValue), Refusal> {
         json::check_depth(text, max_depth).map_err(|problem| (None, problem.into()))?;
         match serde_json::from_slice(text) {
             Ok(Line { id, op: Some(op), body: Some(body) }) => Ok((id, op, body)),
-            _ => Err(explain(text, number)),
+            _ => Err(explain(context, text, number)),
         }
     }
 }
 
-fn explain(text: &[u8], number: usize) -> Refusal {
+fn explain(context: &Context, text: &[u8], number: usize) -> Refusal {
     let cut = match serde_json::from_slice::<&RawValue>(text) {
         Ok(cut) => cut,
         Err(error) => {
@@ -63,7 +64,7 @@ fn explain(text: &[u8], number: usize) -> Refusal {
             return (None, problem.with_position(number, error.column().max(1)).into());
         }
     };
-    let (line, mut misfits, _) = tolerant::read::<Line>(cut);
+    let (line, mut misfits, _) = tolerant::read::<Line>(context, cut);
     let line = line.unwrap_or_default();
     let is_object = cut.get().starts_with('{');
     for (name, is_there) in [("op", line.op.is_some()), ("body", line.body.is_some())] {

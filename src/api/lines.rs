@@ -4,6 +4,7 @@ use std::io::Write;
 use std::ops::AddAssign;
 use std::sync::Arc;
 
+use crate::core::context::Context;
 use crate::api::problem::Status;
 
 use crate::api::chunks::{Buffer, Chunks};
@@ -63,20 +64,20 @@ impl Part {
     ///
     /// # Errors
     /// Never for a line, which has its problem in its place; only when nobody waits any more.
-    pub fn answer(&self, format: Format, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<Chunks, Problem> {
-        self.tell(format, max_depth, budget).map(|(chunks, _)| chunks)
+    pub fn answer(&self, context: &Context, format: Format, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<Chunks, Problem> {
+        self.tell(context, format, max_depth, budget).map(|(chunks, _)| chunks)
     }
 
     /// The same, counted.
     ///
     /// # Errors
     /// As [`Part::answer`].
-    pub fn tell(&self, format: Format, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<(Chunks, Tally), Problem> {
-        let (mut buffer, mut tally) = (Buffer::new(budget), Tally::default());
+    pub fn tell(&self, context: &Context, format: Format, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<(Chunks, Tally), Problem> {
+        let (mut buffer, mut tally) = (Buffer::new(context, budget), Tally::default());
         for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
             if !line.trim_ascii().is_empty() {
                 context.checkpoint()?;
-                let is_answered = answer(line, self.first + i, format, max_depth, &mut buffer)?;
+                let is_answered = answer(context, line, self.first + i, format, max_depth, &mut buffer)?;
                 tally += Tally { lines: 1, failed: usize::from(!is_answered) };
             }
         }
@@ -84,11 +85,11 @@ impl Part {
     }
 
     /// This problem in the place of every line.
-    pub fn refuse(&self, problem: &Problem, budget: &Arc<dyn Memory>) -> Chunks {
-        let mut buffer = Buffer::new(budget);
+    pub fn refuse(&self, context: &Context, problem: &Problem, budget: &Arc<dyn Memory>) -> Chunks {
+        let mut buffer = Buffer::new(context, budget);
         for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
             if !line.trim_ascii().is_empty() {
-                let id = Line::read(line, self.first + i, usize::MAX).map_or_else(|(id, _)| id, |(id, ..)| id);
+                let id = Line::read(context, line, self.first + i, usize::MAX).map_or_else(|(id, _)| id, |(id, ..)| id);
                 // A chunk for a problem is always there.
                 let _ = refused(self.first + i, id.as_ref(), problem, &mut buffer);
             }
@@ -98,14 +99,14 @@ impl Part {
 }
 
 /// Whether it could be answered; if not, its problem is written.
-fn answer(line: &[u8], number: usize, format: Format, max_depth: usize, buffer: &mut Buffer) -> Result<bool, Problem> {
-    let (id, op, body) = match Line::read(line, number, max_depth) {
+fn answer(context: &Context, line: &[u8], number: usize, format: Format, max_depth: usize, buffer: &mut Buffer) -> Result<bool, Problem> {
+    let (id, op, body) = match Line::read(context, line, number, max_depth) {
         Ok(parts) => parts,
         Err((id, problem)) => return refused(number, id.as_ref(), &problem, buffer).map(|()| false),
     };
     let mut own = buffer.sibling();
     let computed = match operations::named(&op) {
-        Some(operation) => (operation.answer_json)(body.get().as_bytes(), format, &mut own),
+        Some(operation) => (operation.answer_json)(context, body.get().as_bytes(), format, &mut own),
         None => Err(unknown(&op)),
     };
     context.checkpoint()?;

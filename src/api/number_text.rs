@@ -67,15 +67,13 @@ impl Numbers<'_> {
         let part = |values| Numbers { values, ..*self };
         let mut parts = self.values.chunks(self.rows().div_ceil(threads) * self.columns.max(1)).map(part);
         let first = parts.next().unwrap_or(part(&[]));
-        let cancel = work::current();
         thread::scope(|scope| {
             let mut others = Vec::new();
             for part in parts {
                 let mut own = buffer.paid_sibling()?;
-                let cancel = &cancel;
                 let spawned = thread::Builder::new().spawn_scoped(scope, move || {
                     own.write_all(b",")?;
-                    work::run(cancel, || NumberText::default().write(part, format, &mut own)).map(|()| own.finish())
+                    NumberText::default().write(part, format, &mut own).map(|()| own.finish())
                 });
                 others.push(spawned.map_err(|_| io::Error::other(Stopped::NoRoom))?);
             }

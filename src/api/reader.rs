@@ -6,6 +6,7 @@
 
 use std::fmt;
 
+use crate::core::context::{Context, Pace};
 use serde::de::{self, DeserializeSeed, Deserializer, EnumAccess, MapAccess, SeqAccess, VariantAccess, Visitor};
 use serde::forward_to_deserialize_any;
 
@@ -33,9 +34,9 @@ const DEPTH: usize = 64;
 /// Reads a whole text.
 ///
 /// # Errors
-/// It is not JSON, not of this type, or not what this reader knows.
-pub fn read<'de, T: de::Deserialize<'de>>(text: &'de [u8]) -> Result<T, GivenUp> {
-    let mut reader = Reader { text, at: 0, depth: 0 };
+/// It is not JSON, not of this type, or not what this reader knows; nobody waits for it any more.
+pub fn read<'de, T: de::Deserialize<'de>>(context: &'de Context, text: &'de [u8]) -> Result<T, GivenUp> {
+    let mut reader = Reader { text, at: 0, depth: 0, pace: context.pace() };
     let value = T::deserialize(&mut reader)?;
     reader.skip_space();
     if reader.at == text.len() { Ok(value) } else { Err(GivenUp) }
@@ -45,6 +46,7 @@ struct Reader<'de> {
     text: &'de [u8],
     at: usize,
     depth: usize,
+    pace: Pace<'de>,
 }
 
 impl<'de> Reader<'de> {
@@ -263,6 +265,8 @@ impl Items<'_, '_> {
             self.ended = true;
             return Ok(false);
         }
+        // A long text may take long to read.
+        self.reader.pace.step().map_err(|_| GivenUp)?;
         if first || self.reader.take(b',') { Ok(true) } else { Err(GivenUp) }
     }
 }

@@ -1,5 +1,6 @@
 //! Axes with round numbers.
 
+use crate::core::context::Context;
 use crate::core::point::Point;
 use crate::draw::canvas::Canvas;
 use crate::draw::frame::{Frame, Plot};
@@ -11,7 +12,7 @@ use crate::draw::view::{Box3, project};
 const SPACING: f64 = 60.0;
 
 /// A grid over the plot, numbers below and to the left. Where numbers are nearly equal, what they have in common is written once.
-pub fn draw_plane_axes(canvas: &mut Canvas, plot: &Plot, frame: &Frame) {
+pub fn draw_plane_axes(context: &Context, canvas: &mut Canvas, plot: &Plot, frame: &Frame) {
     let (low, high) = (frame.world(Point([plot.low[0], plot.high[1]])), frame.world(Point([plot.high[0], plot.low[1]])));
     let room = plot.high - plot.low;
     let count = |pixels: f64| (pixels / SPACING) as usize + 1;
@@ -25,23 +26,23 @@ pub fn draw_plane_axes(canvas: &mut Canvas, plot: &Plot, frame: &Frame) {
     }
     for tick in x.ticks {
         let x = frame.place(Point([tick.value, 0.0]))[0];
-        canvas.rule([Point([x, plot.low[1]]), Point([x, plot.high[1]])], tick.value == 0.0);
+        canvas.rule(context, [Point([x, plot.low[1]]), Point([x, plot.high[1]])], tick.value == 0.0);
         canvas.word(Point([x, plot.high[1] + 17.0]), "middle", &tick.text);
     }
     for tick in y.ticks {
         let y = frame.place(Point([0.0, tick.value]))[1];
-        canvas.rule([Point([plot.low[0], y]), Point([plot.high[0], y])], tick.value == 0.0);
+        canvas.rule(context, [Point([plot.low[0], y]), Point([plot.high[0], y])], tick.value == 0.0);
         canvas.word(Point([plot.low[0] - 7.0, y + 4.0]), "end", &tick.text);
     }
     canvas.close();
 }
 
 /// Three edges of the box around everything, with their numbers outside.
-pub fn draw_space_axes(canvas: &mut Canvas, space: &Box3, frame: &Frame) {
+pub fn draw_space_axes(context: &Context, canvas: &mut Canvas, space: &Box3, frame: &Frame) {
     canvas.open("axes", palette::AXES);
     let place = |p: Point<3>| frame.place(project(p));
     for (axis, [from, to]) in space.edges().into_iter().enumerate() {
-        canvas.rule([place(from), place(to)], true);
+        canvas.rule(context, [place(from), place(to)], true);
         let length = place(from).distance(place(to));
         let scale = scale(from[axis], to[axis], (length / SPACING) as usize + 1);
         for tick in scale.ticks {

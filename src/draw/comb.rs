@@ -1,5 +1,6 @@
 //! The curvature comb: lines from the curve, against its normal, as long as it is curved.
 
+use crate::core::context::Context;
 use crate::core::curve::Composite;
 use crate::core::error::Error;
 use crate::core::point::Point;
@@ -36,10 +37,10 @@ fn per_segment(segments: usize) -> usize {
 ///
 /// # Errors
 /// [`Fault::Cancelled`](crate::core::error::Fault).
-pub fn teeth<const D: usize>(composite: &Composite<D>, view: fn(Point<D>) -> Point<2>) -> Result<Vec<Tooth>, Error> {
-    let velocity = composite.derivative()?;
-    let acceleration = velocity.derivative()?;
-    let (place, first, second) = (composite.evaluator()?, velocity.evaluator()?, acceleration.evaluator()?);
+pub fn teeth<const D: usize>(context: &Context, composite: &Composite<D>, view: fn(Point<D>) -> Point<2>) -> Result<Vec<Tooth>, Error> {
+    let velocity = composite.derivative(context)?;
+    let acceleration = velocity.derivative(context)?;
+    let (place, first, second) = (composite.evaluator(context)?, velocity.evaluator(context)?, acceleration.evaluator(context)?);
     let count = composite.breaks().segments();
     let steps = per_segment(count);
     let places = (0..count).flat_map(|segment| (0..=steps).map(move |i| (segment, i)));
@@ -87,14 +88,14 @@ pub fn scale(sketches: &[Sketch], bounds: &Bounds, given: Option<f64>) -> Scale 
 }
 
 /// The lines, and one line along their ends.
-pub fn draw(canvas: &mut Canvas, sketches: &[Sketch], marks: &[Mark], frame: &Frame, scale: Scale) {
+pub fn draw(context: &Context, canvas: &mut Canvas, sketches: &[Sketch], marks: &[Mark], frame: &Frame, scale: Scale) {
     canvas.open("comb", "fill=\"none\" stroke-width=\"0.8\" opacity=\"0.7\"");
     for (sketch, mark) in sketches.iter().zip(marks) {
         let lines: Vec<[Point<2>; 2]> = sketch.teeth.iter().map(|tooth| [tooth.base, tooth.end(scale)]).collect();
-        canvas.lines(&lines, frame, palette::color(mark.color));
+        canvas.lines(context, &lines, frame, palette::color(mark.color));
         let ends: Vec<Vec<Point<2>>> =
             sketch.teeth.chunk_by(|_, next| !next.first).map(|part| part.iter().map(|tooth| tooth.end(scale)).collect()).collect();
-        ends.iter().for_each(|part| canvas.polyline(part, frame, palette::color(mark.color)));
+        ends.iter().for_each(|part| canvas.polyline(context, part, frame, palette::color(mark.color)));
     }
     canvas.close();
 }

@@ -1,5 +1,6 @@
 //! The labels, right of the plot.
 
+use crate::core::context::Context;
 use crate::core::point::Point;
 use crate::draw::canvas::Canvas;
 use crate::draw::frame::Plot;
@@ -35,7 +36,7 @@ impl<'a> Legend<'a> {
     }
 
     /// Draws samples and labels, smaller where they would not fit.
-    pub fn draw(&self, canvas: &mut Canvas, plot: &Plot) {
+    pub fn draw(&self, context: &Context, canvas: &mut Canvas, plot: &Plot) {
         if self.entries.is_empty() {
             return;
         }
@@ -48,7 +49,7 @@ impl<'a> Legend<'a> {
         canvas.open("legend", &format!("font-size=\"{}\" fill=\"{}\"", crate::draw::text::number(size), palette::INK));
         for (i, (label, mark)) in self.entries.iter().enumerate() {
             let y = top + line * i as f64;
-            canvas.sample([Point([left, y]), Point([left + 32.0, y])], mark);
+            canvas.sample(context, [Point([left, y]), Point([left + 32.0, y])], mark);
             canvas.word(Point([left + SAMPLE - 4.0, y + size * 0.35]), "start", label);
         }
         canvas.close();

@@ -20,6 +20,7 @@ mod view;
 pub use palette::COLORS;
 pub use text::{check_text, escape};
 
+use crate::core::context::Context;
 use crate::core::curve::Curve;
 use crate::core::error::{At, Error, at_most};
 use crate::core::limits;
@@ -93,49 +94,49 @@ pub struct Picture {
 ///
 /// # Errors
 /// More segments than [`limits::PICTURE_SEGMENTS`]; coordinates too large for a picture.
-pub fn draw(picture: &Picture) -> Result<String, Error> {
-    let sketches = sketches(&picture.curves, picture.show.comb)?;
-    let surfaces = picture.surfaces.iter().map(Shaded::of).collect::<Result<Vec<_>, _>>()?;
+pub fn draw(context: &Context, picture: &Picture) -> Result<String, Error> {
+    let sketches = sketches(context, &picture.curves, picture.show.comb)?;
+    let surfaces = picture.surfaces.iter().map(|surface| Shaded::of(context, surface)).collect::<Result<Vec<_>, _>>()?;
     let legend = Legend::of(picture);
     let plot = Plot::inside(picture.size, picture.show.axes, legend.width());
-    let space = space_box(picture)?;
-    let comb = comb::scale(&sketches, &bounds(picture, &sketches, &surfaces, None)?, picture.comb_scale);
-    let bounds = bounds(picture, &sketches, &surfaces, Some(comb))?.with_box(space.as_ref().filter(|_| picture.show.axes));
+    let space = space_box(context, picture)?;
+    let comb = comb::scale(&sketches, &bounds(context, picture, &sketches, &surfaces, None)?, picture.comb_scale);
+    let bounds = bounds(context, picture, &sketches, &surfaces, Some(comb))?.with_box(space.as_ref().filter(|_| picture.show.axes));
     let frame = Frame::fit(&bounds, &plot)?;
     let mut canvas = Canvas::new(picture.size, &picture.title);
     if picture.show.axes {
         match &space {
-            Some(space) => draw_space_axes(&mut canvas, space, &frame),
-            None => draw_plane_axes(&mut canvas, &plot, &frame),
+            Some(space) => draw_space_axes(context, &mut canvas, space, &frame),
+            None => draw_plane_axes(context, &mut canvas, &plot, &frame),
         }
     }
-    draw_surfaces(&mut canvas, picture, &surfaces, &frame);
-    draw_curves(&mut canvas, picture, &sketches, &frame, comb);
-    legend.draw(&mut canvas, &plot);
-    canvas.finish()
+    draw_surfaces(context, &mut canvas, picture, &surfaces, &frame);
+    draw_curves(context, &mut canvas, picture, &sketches, &frame, comb);
+    legend.draw(context, &mut canvas, &plot);
+    canvas.finish(context)
 }
 
-fn sketches(curves: &Curves, comb: bool) -> Result<Vec<Sketch>, Error> {
+fn sketches(context: &Context, curves: &Curves, comb: bool) -> Result<Vec<Sketch>, Error> {
     let sketches = match curves {
-        Curves::Plane(curves) => all(curves, |p| p, comb)?,
-        Curves::Space(curves) => all(curves, view::project, comb)?,
+        Curves::Plane(curves) => all(context, curves, |p| p, comb)?,
+        Curves::Space(curves) => all(context, curves, view::project, comb)?,
     };
     let count = sketches.iter().map(|sketch| sketch.segments.len()).sum();
     at_most("segments in a picture", count, limits::PICTURE_SEGMENTS, "Draw the curves in parts")?;
     Ok(sketches)
 }
 
-fn all<const D: usize>(curves: &[Curve<D>], view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Vec<Sketch>, Error> {
-    let sketch = |(i, curve)| Sketch::of(curve, view, comb).at("curve").at(i).at("curves");
+fn all<const D: usize>(context: &Context, curves: &[Curve<D>], view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Vec<Sketch>, Error> {
+    let sketch = |(i, curve)| Sketch::of(context, curve, view, comb).at("curve").at(i).at("curves");
     curves.iter().enumerate().map(sketch).collect()
 }
 
 /// The box around everything, in space; `None` for a picture of the plane.
-fn space_box(picture: &Picture) -> Result<Option<Box3>, Error> {
+fn space_box(context: &Context, picture: &Picture) -> Result<Option<Box3>, Error> {
     let mut space = Box3::EMPTY;
     if let Curves::Space(curves) = &picture.curves {
         for curve in curves {
-            curve.composite()?.locals().for_each(|segment| space.add(segment.absolute()));
+            curve.composite(context)?.locals().for_each(|segment| space.add(segment.absolute()));
         }
     }
     for surface in &picture.surfaces {
@@ -145,7 +146,7 @@ fn space_box(picture: &Picture) -> Result<Option<Box3>, Error> {
     Ok((!space.is_empty()).then_some(space))
 }
 
-fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], comb: Option<comb::Scale>) -> Result<Bounds, Error> {
+fn bounds(context: &Context, picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], comb: Option<comb::Scale>) -> Result<Bounds, Error> {
     let mut bounds = Bounds::EMPTY;
     let mut pace = context.pace();
     for sketch in sketches {
@@ -169,51 +170,51 @@ fn bounds(picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], comb: Opt
     Ok(bounds)
 }
 
-fn draw_surfaces(canvas: &mut Canvas, picture: &Picture, surfaces: &[Shaded], frame: &Frame) {
+fn draw_surfaces(context: &Context, canvas: &mut Canvas, picture: &Picture, surfaces: &[Shaded], frame: &Frame) {
     for (shaded, mark) in surfaces.iter().zip(&picture.surface_marks) {
         canvas.open("surface", "stroke-width=\"0.7\" stroke-linejoin=\"round\"");
-        shaded.draw(canvas, frame, mark.color, picture.show.polygon);
+        shaded.draw(context, canvas, frame, mark.color, picture.show.polygon);
         canvas.close();
         if picture.show.polygon {
             canvas.open("polygon", palette::NET);
-            shaded.net.iter().for_each(|line| canvas.polyline(line, frame, ""));
+            shaded.net.iter().for_each(|line| canvas.polyline(context, line, frame, ""));
             canvas.close();
         }
     }
 }
 
-fn draw_curves(canvas: &mut Canvas, picture: &Picture, sketches: &[Sketch], frame: &Frame, comb: comb::Scale) {
+fn draw_curves(context: &Context, canvas: &mut Canvas, picture: &Picture, sketches: &[Sketch], frame: &Frame, comb: comb::Scale) {
     if sketches.is_empty() {
         return;
     }
     if picture.show.polygon {
-        draw_polygons(canvas, sketches, frame);
+        draw_polygons(context, canvas, sketches, frame);
     }
     if picture.show.comb {
-        comb::draw(canvas, sketches, &picture.curve_marks, frame, comb);
+        comb::draw(context, canvas, sketches, &picture.curve_marks, frame, comb);
     }
     canvas.open("curves", "fill=\"none\" stroke-width=\"2.5\" stroke-linecap=\"round\" stroke-linejoin=\"round\"");
     for (sketch, mark) in sketches.iter().zip(&picture.curve_marks) {
-        canvas.curve(&sketch.segments, frame, mark);
+        canvas.curve(context, &sketch.segments, frame, mark);
     }
     canvas.close();
     if picture.show.joints {
         canvas.open("joints", "");
         for (sketch, mark) in sketches.iter().zip(&picture.curve_marks) {
-            sketch.joints().iter().for_each(|&joint| canvas.dot(frame.place(joint), 3.5, palette::color(mark.color)));
+            sketch.joints().iter().for_each(|&joint| canvas.dot(context, frame.place(joint), 3.5, palette::color(mark.color)));
         }
         canvas.close();
     }
 }
 
 /// Curves that share a control polygon show it once.
-fn draw_polygons(canvas: &mut Canvas, sketches: &[Sketch], frame: &Frame) {
+fn draw_polygons(context: &Context, canvas: &mut Canvas, sketches: &[Sketch], frame: &Frame) {
     let repeated = |i: usize| sketches[..i].iter().any(|before| before.polygon == sketches[i].polygon);
     let fresh: Vec<&Sketch> = sketches.iter().enumerate().filter(|(i, _)| !repeated(*i)).map(|(_, sketch)| sketch).collect();
     canvas.open("polygon", palette::POLYGON);
-    fresh.iter().for_each(|sketch| canvas.polyline(&sketch.polygon, frame, ""));
+    fresh.iter().for_each(|sketch| canvas.polyline(context, &sketch.polygon, frame, ""));
     canvas.close();
     canvas.open("control-points", "");
-    fresh.iter().flat_map(|sketch| &sketch.polygon).for_each(|&p| canvas.dot(frame.place(p), 3.0, palette::INK));
+    fresh.iter().flat_map(|sketch| &sketch.polygon).for_each(|&p| canvas.dot(context, frame.place(p), 3.0, palette::INK));
     canvas.close();
 }

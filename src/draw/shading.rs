@@ -1,5 +1,6 @@
 //! Surfaces: faces shaded by their normal, the far ones first, with iso-lines over them.
 
+use crate::core::context::Context;
 use crate::core::error::Error;
 use crate::core::point::Point;
 use crate::core::surface::Surface;
@@ -37,7 +38,7 @@ impl Shaded {
     ///
     /// # Errors
     /// [`Fault::Cancelled`](crate::core::error::Fault).
-    pub fn of(surface: &Surface) -> Result<Self, Error> {
+    pub fn of(context: &Context, surface: &Surface) -> Result<Self, Error> {
         let patch = surface.patch();
         let at = |[a, b]: [f64; 2], i: usize| a + (b - a) * i as f64 / CELLS as f64;
         let [u, v] = patch.domain().map(|(a, b)| [a, b]);
@@ -57,7 +58,7 @@ impl Shaded {
 
     /// Draws the faces by the painter's algorithm. Each brings its part of the iso-lines, so that nearer faces cover them; the control
     /// net, where it is wanted, is covered in the same way.
-    pub fn draw(&self, canvas: &mut Canvas, frame: &Frame, color: usize, net: bool) {
+    pub fn draw(&self, context: &Context, canvas: &mut Canvas, frame: &Frame, color: usize, net: bool) {
         let mean = |points: &[Point<3>]| points.iter().map(|&p| nearness(p) / points.len() as f64).sum::<f64>();
         let cells = (0..CELLS).flat_map(|i| (0..CELLS).map(move |j| (i, j)));
         let faces = cells.map(|(i, j)| (mean(&self.corners(i, j)), Part::Face(i, j)));
@@ -66,18 +67,18 @@ impl Shaded {
         parts.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, part) in parts {
             match part {
-                Part::Face(i, j) => self.face(canvas, frame, color, i, j),
-                Part::Wire(i) => canvas.wire(self.wires[i].map(|p| frame.place(project(p)))),
+                Part::Face(i, j) => self.face(context, canvas, frame, color, i, j),
+                Part::Wire(i) => canvas.wire(context, self.wires[i].map(|p| frame.place(project(p)))),
             }
         }
     }
 
-    fn face(&self, canvas: &mut Canvas, frame: &Frame, color: usize, i: usize, j: usize) {
+    fn face(&self, context: &Context, canvas: &mut Canvas, frame: &Frame, color: usize, i: usize, j: usize) {
         let pixels = self.corners(i, j).map(|p| frame.place(project(p)));
-        canvas.face(&pixels, &lit(color, self.light(i, j)));
+        canvas.face(context, &pixels, &lit(color, self.light(i, j)));
         let edges = iso_edges(i, j, pixels);
         if !edges.is_empty() {
-            canvas.edges(&edges, &lit(color, 0.12));
+            canvas.edges(context, &edges, &lit(color, 0.12));
         }
     }
 

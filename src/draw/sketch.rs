@@ -1,5 +1,6 @@
 //! A curve as the picture plane sees it.
 
+use crate::core::context::Context;
 use crate::core::curve::Curve;
 use crate::core::error::Error;
 use crate::core::point::Point;
@@ -21,12 +22,12 @@ impl Sketch {
     ///
     /// # Errors
     /// A B-spline with too many spans.
-    pub fn of<const D: usize>(curve: &Curve<D>, view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Self, Error> {
-        let composite = curve.composite()?;
+    pub fn of<const D: usize>(context: &Context, curve: &Curve<D>, view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Self, Error> {
+        let composite = curve.composite(context)?;
         Ok(Sketch {
             segments: context.collect(composite.locals().map(|segment| segment.absolute().map(view).collect()))?,
             polygon: curve.control_points().iter().copied().map(view).collect(),
-            teeth: if comb { teeth(&composite, view)? } else { Vec::new() },
+            teeth: if comb { teeth(context, &composite, view)? } else { Vec::new() },
         })
     }
 

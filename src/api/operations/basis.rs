@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Basis, Whole, list, part, whole};
+use crate::core::context::Context;
 use crate::core::basis::Properties;
 use crate::core::basis_functions as core;
 use crate::core::curve::within_degrees;
@@ -136,8 +137,8 @@ impl Operation for BasisOperation {
     const ANSWERED: &str = "The basis.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: BasisRequest) -> Result<BasisAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: BasisRequest) -> Result<BasisAnswer, Error> {
+        operation(context, request)
     }
 
     fn is_small(request: &BasisRequest) -> bool {
@@ -153,8 +154,8 @@ impl Costed for BasisRequest {
 }
 
 impl Request for BasisRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.basis, self.order, self.count).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.basis, self.order, self.count).map(drop)
     }
 }
 
@@ -162,9 +163,9 @@ impl Request for BasisRequest {
 ///
 /// # Errors
 /// Whatever [`core::basis_functions`] refuses, with its place in the request.
-pub fn operation(request: BasisRequest) -> Result<BasisAnswer, Error> {
-    let (basis, order, count) = parts(request.basis, request.order, request.count)?;
-    let sampled = core::basis_functions(&basis, order, count)?;
+pub fn operation(context: &Context, request: BasisRequest) -> Result<BasisAnswer, Error> {
+    let (basis, order, count) = parts(context, request.basis, request.order, request.count)?;
+    let sampled = core::basis_functions(context, &basis, order, count)?;
     Ok(BasisAnswer {
         degree: Whole(sampled.degree),
         domain: vec![sampled.domain.0, sampled.domain.1],
@@ -176,10 +177,10 @@ pub fn operation(request: BasisRequest) -> Result<BasisAnswer, Error> {
     })
 }
 
-fn parts(basis: Option<Basis>, order: Option<Whole>, count: Option<Whole>) -> Result<(crate::core::basis::Basis, usize, usize), Error> {
+fn parts(context: &Context, basis: Option<Basis>, order: Option<Whole>, count: Option<Whole>) -> Result<(crate::core::basis::Basis, usize, usize), Error> {
     let count = count.map_or(101, |whole| whole.0);
-    let order = part(order, "order", |order| Ok(within_degrees("order", order.0).map(|()| order.0)?));
-    let ((basis, order), ()) = both(both(part(basis, "basis", Basis::parse), order), core::check_count(count).at("count"))?;
+    let order = part(order, "order", |order| Ok(within_degrees(context, "order", order.0).map(|()| order.0)?));
+    let ((basis, order), ()) = both(both(part(basis, "basis", |value| value.parse(context)), order), core::check_count(context, count).at("count"))?;
     Ok((basis, order, count))
 }
 

@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Continuity, Curve, Dimensioned, ReportStyle, list, need, number};
+use crate::core::context::Context;
 use crate::core::continuity as core;
 use crate::core::curve::{self, Composite};
 use crate::core::error::{At, Error, Fault, at_most, both};
@@ -72,8 +73,8 @@ impl Operation for ContinuityOperation {
     const ANSWERED: &str = "The report.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: ContinuityRequest) -> Result<ContinuityAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: ContinuityRequest) -> Result<ContinuityAnswer, Error> {
+        operation(context, request)
     }
 
     fn is_small(request: &ContinuityRequest) -> bool {
@@ -89,8 +90,8 @@ impl Costed for ContinuityRequest {
 }
 
 impl Request for ContinuityRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self).map(drop)
     }
 }
 
@@ -98,13 +99,13 @@ impl Request for ContinuityRequest {
 ///
 /// # Errors
 /// Faults of the curves, contradictions, and tolerances out of range, each at its place in the request.
-pub fn operation(request: ContinuityRequest) -> Result<ContinuityAnswer, Error> {
+pub fn operation(context: &Context, request: ContinuityRequest) -> Result<ContinuityAnswer, Error> {
     let style = request.report.unwrap_or(ReportStyle::Full);
-    let (measured, tolerance) = parts(request)?;
+    let (measured, tolerance) = parts(context, request)?;
     match measured {
-        Measured::One(Dimensioned::Plane(curve)) => report(&curve.composite().at("curve")?, curve.closed(), tolerance, style),
-        Measured::One(Dimensioned::Space(curve)) => report(&curve.composite().at("curve")?, curve.closed(), tolerance, style),
-        Measured::Several(curves, closed) => laid_end_to_end(curves, closed, tolerance, style),
+        Measured::One(Dimensioned::Plane(curve)) => report(context, &curve.composite(context).at("curve")?, curve.closed(), tolerance, style),
+        Measured::One(Dimensioned::Space(curve)) => report(context, &curve.composite(context).at("curve")?, curve.closed(), tolerance, style),
+        Measured::Several(curves, closed) => laid_end_to_end(context, curves, closed, tolerance, style),
     }
 }
 
@@ -116,7 +117,7 @@ enum Measured {
     Several(Curves, bool),
 }
 
-fn parts(request: ContinuityRequest) -> Result<(Measured, core::Tolerance), Error> {
+fn parts(context: &Context, request: ContinuityRequest) -> Result<(Measured, core::Tolerance), Error> {
     let tolerance = tolerance(request.tolerance, request.gap_tolerance);
     let contradiction = |why: &str, field| Err(Fault::Contradiction(why.into()).at(field));
     let measured = match (request.curve, request.curves) {
@@ -124,15 +125,15 @@ fn parts(request: ContinuityRequest) -> Result<(Measured, core::Tolerance), Erro
         (Some(_), None) if request.closed.is_some() => {
             contradiction("a curve says itself whether it is closed; `closed` goes with `curves`", "closed")
         }
-        (Some(curve), None) => curve.parse().at("curve").map(Measured::One),
-        (None, curves) => need(curves, "curve` or `curves").and_then(|curves| several(curves, request.closed.unwrap_or(false))),
+        (Some(curve), None) => curve.parse(context).at("curve").map(Measured::One),
+        (None, curves) => need(curves, "curve` or `curves").and_then(|curves| several(context, curves, request.closed.unwrap_or(false))),
     };
     both(measured, tolerance)
 }
 
-fn several(curves: Vec<Curve>, closed: bool) -> Result<Measured, Error> {
+fn several(context: &Context, curves: Vec<Curve>, closed: bool) -> Result<Measured, Error> {
     at_most("curves", curves.len(), context.limits.segments, "Measure them in groups").at("curves")?;
-    Ok(Measured::Several(Dimensioned::parse_list(curves).at("curves")?, closed))
+    Ok(Measured::Several(Dimensioned::parse_list(context, curves).at("curves")?, closed))
 }
 
 fn tolerance(relative: Option<f64>, gap: Option<f64>) -> Result<core::Tolerance, Error> {
@@ -148,24 +149,24 @@ fn tolerance(relative: Option<f64>, gap: Option<f64>) -> Result<core::Tolerance,
     Ok(tolerance)
 }
 
-fn laid_end_to_end(curves: Curves, closed: bool, tolerance: core::Tolerance, style: ReportStyle) -> Result<ContinuityAnswer, Error> {
-    fn all<const D: usize>(curves: &[curve::Curve<D>]) -> Result<Composite<D>, Error> {
-        let parts = curves.iter().enumerate().map(|(i, curve)| curve.composite().at(i));
-        Composite::end_to_end(&parts.collect::<Result<Vec<_>, _>>()?)
+fn laid_end_to_end(context: &Context, curves: Curves, closed: bool, tolerance: core::Tolerance, style: ReportStyle) -> Result<ContinuityAnswer, Error> {
+    fn all<const D: usize>(context: &Context, curves: &[curve::Curve<D>]) -> Result<Composite<D>, Error> {
+        let parts = curves.iter().enumerate().map(|(i, curve)| curve.composite(context).at(i));
+        Composite::end_to_end(context, &parts.collect::<Result<Vec<_>, _>>()?)
     }
     match curves {
-        Dimensioned::Plane(curves) => report(&all(&curves).at("curves")?, closed, tolerance, style),
-        Dimensioned::Space(curves) => report(&all(&curves).at("curves")?, closed, tolerance, style),
+        Dimensioned::Plane(curves) => report(context, &all(context, &curves).at("curves")?, closed, tolerance, style),
+        Dimensioned::Space(curves) => report(context, &all(context, &curves).at("curves")?, closed, tolerance, style),
     }
 }
 
 fn report<const D: usize>(
-    composite: &Composite<D>,
+    context: &Context, composite: &Composite<D>,
     closed: bool,
     tolerance: core::Tolerance,
     style: ReportStyle,
 ) -> Result<ContinuityAnswer, Error> {
     let (a, b) = composite.breaks().domain();
-    let report = core::continuity(composite, closed, tolerance)?;
+    let report = core::continuity(context, composite, closed, tolerance)?;
     Ok(ContinuityAnswer { domain: vec![a, b], continuity: Continuity::of_core(&report, style) })
 }

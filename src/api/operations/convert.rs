@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Curve, Dimensioned, Points, Target, Vector, Whole, part};
+use crate::core::context::Context;
 use crate::core::convert as core;
 use crate::core::curve;
 use crate::core::error::{Error, both};
@@ -82,8 +83,8 @@ impl Operation for Convert {
     const ANSWERED: &str = "The curve.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: ConvertRequest) -> Result<ConvertAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: ConvertRequest) -> Result<ConvertAnswer, Error> {
+        operation(context, request)
     }
 
     fn is_small(request: &ConvertRequest) -> bool {
@@ -99,8 +100,8 @@ impl Costed for ConvertRequest {
 }
 
 impl Request for ConvertRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.curve, self.to).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.curve, self.to).map(drop)
     }
 }
 
@@ -108,24 +109,24 @@ impl Request for ConvertRequest {
 ///
 /// # Errors
 /// Whatever [`core::convert`] refuses, with its place in the request.
-pub fn operation(request: ConvertRequest) -> Result<ConvertAnswer, Error> {
+pub fn operation(context: &Context, request: ConvertRequest) -> Result<ConvertAnswer, Error> {
     let order = request.order.map(|whole| whole.0);
-    match parts(request.curve, request.to)? {
-        (Dimensioned::Plane(curve), basis) => convert(&curve, basis, order),
-        (Dimensioned::Space(curve), basis) => convert(&curve, basis, order),
+    match parts(context, request.curve, request.to)? {
+        (Dimensioned::Plane(curve), basis) => convert(context, &curve, basis, order),
+        (Dimensioned::Space(curve), basis) => convert(context, &curve, basis, order),
     }
 }
 
-fn parts(curve: Option<Curve>, to: Option<Target>) -> Result<(Dimensioned, crate::core::basis::Basis), Error> {
-    both(part(curve, "curve", Curve::parse), part(to, "to", |to| to.into_basis().parse()))
+fn parts(context: &Context, curve: Option<Curve>, to: Option<Target>) -> Result<(Dimensioned, crate::core::basis::Basis), Error> {
+    both(part(curve, "curve", |value| value.parse(context)), part(to, "to", |to| to.into_basis().parse(context)))
 }
 
-fn convert<const D: usize>(curve: &curve::Curve<D>, basis: crate::core::basis::Basis, order: Option<usize>) -> Result<ConvertAnswer, Error>
+fn convert<const D: usize>(context: &Context, curve: &curve::Curve<D>, basis: crate::core::basis::Basis, order: Option<usize>) -> Result<ConvertAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
     Vector: From<Point<D>>,
 {
-    let converted = core::convert(curve, basis, order)?;
+    let converted = core::convert(context, curve, basis, order)?;
     let construction = |c: &core::Construction<D>| Construction {
         r11: Some(c.r11.into()),
         r12: Some(c.r12.into()),

@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Curve, Dimensioned, Points, Whole, list, need, number, part, whole};
+use crate::core::context::Context;
 use crate::core::curve;
 use crate::core::error::{At, Error, Place, both};
 use crate::core::evaluate as core;
@@ -150,8 +151,8 @@ impl Operation for Evaluate {
     const ANSWERED: &str = "The samples.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: EvaluateRequest) -> Result<EvaluateAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: EvaluateRequest) -> Result<EvaluateAnswer, Error> {
+        operation(context, request)
     }
 
     fn is_small(request: &EvaluateRequest) -> bool {
@@ -178,8 +179,8 @@ impl Costed for EvaluateRequest {
 }
 
 impl Request for EvaluateRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.curve, self.sampling, self.derivatives).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.curve, self.sampling, self.derivatives).map(drop)
     }
 }
 
@@ -187,27 +188,27 @@ impl Request for EvaluateRequest {
 ///
 /// # Errors
 /// Whatever [`core::evaluate`] refuses, with its place in the request.
-pub fn operation(request: EvaluateRequest) -> Result<EvaluateAnswer, Error> {
+pub fn operation(context: &Context, request: EvaluateRequest) -> Result<EvaluateAnswer, Error> {
     let asked = request.quantities.unwrap_or_default();
-    let (curve, sampling, orders) = parts(request.curve, request.sampling, request.derivatives)?;
+    let (curve, sampling, orders) = parts(context, request.curve, request.sampling, request.derivatives)?;
     match curve {
-        Dimensioned::Plane(curve) => sample(&curve, sampling, orders, &asked),
-        Dimensioned::Space(curve) => sample(&curve, sampling, orders, &asked),
+        Dimensioned::Plane(curve) => sample(context, &curve, sampling, orders, &asked),
+        Dimensioned::Space(curve) => sample(context, &curve, sampling, orders, &asked),
     }
 }
 
 /// What is computed from; the tolerance beside the sampling is to be echoed.
 type Parts = (Dimensioned, (core::Sampling, Option<f64>), usize);
 
-fn parts(curve: Option<Curve>, sampling: Option<Sampling>, derivatives: Option<Whole>) -> Result<Parts, Error> {
+fn parts(context: &Context, curve: Option<Curve>, sampling: Option<Sampling>, derivatives: Option<Whole>) -> Result<Parts, Error> {
     let orders = derivatives.map_or(0, |whole| whole.0);
-    let parts = both(part(curve, "curve", Curve::parse), part(sampling, "sampling", Sampling::parse));
-    let ((curve, sampling), ()) = both(parts, core::check_orders(orders).at("derivatives"))?;
+    let parts = both(part(curve, "curve", |value| value.parse(context)), part(sampling, "sampling", |value| value.parse(context)));
+    let ((curve, sampling), ()) = both(parts, core::check_orders(context, orders).at("derivatives"))?;
     Ok((curve, sampling, orders))
 }
 
 fn sample<const D: usize>(
-    curve: &curve::Curve<D>,
+    context: &Context, curve: &curve::Curve<D>,
     (sampling, tolerance): (core::Sampling, Option<f64>),
     orders: usize,
     asked: &[Quantity],
@@ -215,7 +216,7 @@ fn sample<const D: usize>(
 where
     Points: From<Vec<Point<D>>>,
 {
-    let samples = core::evaluate(curve, &sampling, orders, quantities(asked)).map_err(|error| name_torsion(error, asked))?;
+    let samples = core::evaluate(context, curve, &sampling, orders, quantities(asked)).map_err(|error| name_torsion(error, asked))?;
     let frames = samples.frames;
     let has = |quantity| asked.contains(&quantity);
     let degenerate = frames.degenerate.iter().map(|d| Degenerate::of(*d, &samples.parameters)).collect();
@@ -255,13 +256,13 @@ fn quantities(asked: &[Quantity]) -> core::Quantities {
 
 impl Sampling {
     /// The core's sampling, and the tolerance to echo.
-    fn parse(self) -> Result<(core::Sampling, Option<f64>), Error> {
+    fn parse(self, context: &Context) -> Result<(core::Sampling, Option<f64>), Error> {
         let (sampling, tolerance) = match self.kind()? {
             SamplingKind::Count => (core::Sampling::Count(need(self.count, "count")?.0), None),
             SamplingKind::Parameters => (core::Sampling::Parameters(need(self.values, "values")?), None),
             SamplingKind::Tolerance => (core::Sampling::Tolerance(need(self.tolerance, "tolerance")?), self.tolerance),
         };
-        sampling.check().map(|()| (sampling, tolerance))
+        sampling.check(context).map(|()| (sampling, tolerance))
     }
 }
 

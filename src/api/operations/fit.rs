@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Basis, Curve, Points, Whole, need, number, part, whole};
+use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, both};
 use crate::core::fit as core;
 use crate::core::limits;
@@ -194,8 +195,8 @@ impl Operation for Fit {
     const ANSWERED: &str = "The fitted curve.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: FitRequest) -> Result<FitAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: FitRequest) -> Result<FitAnswer, Error> {
+        operation(context, request)
     }
 }
 
@@ -215,13 +216,13 @@ impl Costed for FitRequest {
 }
 
 impl Request for FitRequest {
-    fn check(self) -> Result<(), Error> {
+    fn check(self, context: &Context) -> Result<(), Error> {
         let points = need(self.points.as_ref(), "points").map(drop);
         let options = match self.points {
-            Some(Points::Plane(_)) => options(self, Points::plane).map(drop),
-            Some(Points::Space(_)) => options(self, Points::space).map(drop),
+            Some(Points::Plane(_)) => options(context, self, Points::plane).map(drop),
+            Some(Points::Space(_)) => options(context, self, Points::space).map(drop),
             // A polygon may have any dimension.
-            None => options::<2>(self, |_| Ok(Vec::new())).map(drop),
+            None => options::<2>(context, self, |_| Ok(Vec::new())).map(drop),
         };
         both(points, options).map(drop)
     }
@@ -231,15 +232,15 @@ impl Request for FitRequest {
 ///
 /// # Errors
 /// Whatever [`core::fit`] refuses, with its place in the request.
-pub fn operation(mut request: FitRequest) -> Result<FitAnswer, Error> {
+pub fn operation(context: &Context, mut request: FitRequest) -> Result<FitAnswer, Error> {
     match need(request.points.take(), "points")? {
-        Points::Plane(points) => fit(points, request, Points::plane),
-        Points::Space(points) => fit(points, request, Points::space),
+        Points::Plane(points) => fit(context, points, request, Points::plane),
+        Points::Space(points) => fit(context, points, request, Points::space),
     }
 }
 
 fn fit<const D: usize>(
-    points: Vec<Point<D>>,
+    context: &Context, points: Vec<Point<D>>,
     request: FitRequest,
     same_dimension: fn(Points) -> Result<Vec<Point<D>>, Error>,
 ) -> Result<FitAnswer, Error>
@@ -251,8 +252,8 @@ where
     let used = given.unwrap_or(FitParameterizationKind::ChordLength);
     let ends = ends(&request);
     let parameter_correction = request.parameter_correction.unwrap_or(false);
-    let options = options(request, same_dimension)?;
-    let fit = core::fit(points, options)?;
+    let options = options(context, request, same_dimension)?;
+    let fit = core::fit(context, points, options)?;
     Ok(FitAnswer {
         curve: Curve::of_core(fit.curve),
         error: FitDeviation { max: fit.error.max, rms: fit.error.rms, worst_index: Whole(fit.error.worst_index) },
@@ -279,7 +280,7 @@ fn ends(request: &FitRequest) -> Ends {
 }
 
 fn options<const D: usize>(
-    request: FitRequest,
+    context: &Context, request: FitRequest,
     same_dimension: fn(Points) -> Result<Vec<Point<D>>, Error>,
 ) -> Result<core::Options<D>, Error> {
     let ends = match ends(&request) {
@@ -287,7 +288,7 @@ fn options<const D: usize>(
         Ends::Free => core::Ends::Free,
     };
     let rule = request.parameterization.unwrap_or_else(|| FitParameterization::of(FitParameterizationKind::ChordLength));
-    let solve = part(request.solve, "solve", |solve| solve.parse(same_dimension));
+    let solve = part(request.solve, "solve", |solve| solve.parse(context, same_dimension));
     let (parameters, solve) = both(rule.parse().at("parameterization"), solve)?;
     let parameter_correction = request.parameter_correction.unwrap_or(false);
     Ok(core::Options { weights: request.weights, parameters, ends, parameter_correction, solve })
@@ -305,10 +306,10 @@ impl FitParameterization {
 }
 
 impl Solve {
-    fn parse<const D: usize>(mut self, same_dimension: fn(Points) -> Result<Vec<Point<D>>, Error>) -> Result<core::Solve<D>, Error> {
+    fn parse<const D: usize>(mut self, context: &Context, same_dimension: fn(Points) -> Result<Vec<Point<D>>, Error>) -> Result<core::Solve<D>, Error> {
         Ok(match self.kind()? {
             SolveKind::ControlPoints => {
-                let basis = need(self.basis, "basis")?.parse().at("basis")?;
+                let basis = need(self.basis, "basis")?.parse(context).at("basis")?;
                 core::Solve::ControlPoints { basis, order: need(self.order, "order")?.0 }
             }
             SolveKind::Shape => {
@@ -317,7 +318,7 @@ impl Solve {
             }
             SolveKind::Both => core::Solve::Both { family: self.sought()?, order: need(self.order, "order")?.0 },
             SolveKind::Tolerance => {
-                let basis = need(self.basis, "basis")?.parse().at("basis")?;
+                let basis = need(self.basis, "basis")?.parse(context).at("basis")?;
                 core::Solve::Tolerance { basis, tolerance: need(self.tolerance, "tolerance")? }
             }
         })

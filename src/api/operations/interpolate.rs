@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Basis, Continuity, Curve, EndCondition, Parameterization, Points, ReportStyle, Vector, bases, need};
+use crate::core::context::Context;
 use crate::core::curve;
 use crate::core::error::{At, Error, Fault, both};
 use crate::core::interpolate as core;
@@ -85,8 +86,8 @@ impl Operation for Interpolate {
     const ANSWERED: &str = "The interpolant.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: InterpolateRequest) -> Result<InterpolateAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: InterpolateRequest) -> Result<InterpolateAnswer, Error> {
+        operation(context, request)
     }
 
     fn is_small(request: &InterpolateRequest) -> bool {
@@ -101,7 +102,7 @@ impl Costed for InterpolateRequest {
 }
 
 impl Request for InterpolateRequest {
-    fn check(self) -> Result<(), Error> {
+    fn check(self, context: &Context) -> Result<(), Error> {
         let points = need(self.points.as_ref(), "points").map(drop);
         // The vectors are to have the dimension of the points, or at least one of their own.
         let is_space = |end: &Option<EndCondition>| matches!(end, Some(EndCondition { vector: Some(Vector::Space(_)), .. }));
@@ -109,7 +110,7 @@ impl Request for InterpolateRequest {
             Some(points) => matches!(points, Points::Space(_)),
             None => is_space(&self.start) || is_space(&self.end),
         };
-        let parts = if in_space { parts::<3>(self).map(drop) } else { parts::<2>(self).map(drop) };
+        let parts = if in_space { parts::<3>(context, self).map(drop) } else { parts::<2>(context, self).map(drop) };
         both(points, parts).map(drop)
     }
 }
@@ -118,14 +119,14 @@ impl Request for InterpolateRequest {
 ///
 /// # Errors
 /// Whatever [`core::interpolate`] refuses, with its place in the request.
-pub fn operation(mut request: InterpolateRequest) -> Result<InterpolateAnswer, Error> {
+pub fn operation(context: &Context, mut request: InterpolateRequest) -> Result<InterpolateAnswer, Error> {
     match need(request.points.take(), "points")? {
-        Points::Plane(points) => interpolate(&points, request),
-        Points::Space(points) => interpolate(&points, request),
+        Points::Plane(points) => interpolate(context, &points, request),
+        Points::Space(points) => interpolate(context, &points, request),
     }
 }
 
-fn interpolate<const D: usize>(points: &[Point<D>], request: InterpolateRequest) -> Result<InterpolateAnswer, Error>
+fn interpolate<const D: usize>(context: &Context, points: &[Point<D>], request: InterpolateRequest) -> Result<InterpolateAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {
@@ -134,8 +135,8 @@ where
     let (start, end) = (echo(&request.start), echo(&request.end));
     let parameterization = request.parameterization.clone().unwrap_or_else(Parameterization::default_rule);
     let report = request.report;
-    let (shape, bases, rule) = parts(request)?;
-    let result = core::interpolate(points, shape, bases, &rule)?;
+    let (shape, bases, rule) = parts(context, request)?;
+    let result = core::interpolate(context, points, shape, bases, &rule)?;
     Ok(InterpolateAnswer {
         continuity: Continuity::of_core(&result.continuity, report.unwrap_or(ReportStyle::Summary)),
         curve: Curve::of_core(curve::Curve::Piecewise(result.curve)),
@@ -149,7 +150,7 @@ where
 /// All but the points.
 type Parts<const D: usize> = (core::Shape<D>, curve::Bases, parameterization::Parameterization);
 
-fn parts<const D: usize>(request: InterpolateRequest) -> Result<Parts<D>, Error> {
+fn parts<const D: usize>(context: &Context, request: InterpolateRequest) -> Result<Parts<D>, Error> {
     let closed = request.closed.unwrap_or(false);
     let end_of = |end: Option<EndCondition>, name: &'static str| {
         if closed && end.is_some() {
@@ -160,7 +161,7 @@ fn parts<const D: usize>(request: InterpolateRequest) -> Result<Parts<D>, Error>
     };
     let ends = both(end_of(request.start, "start"), end_of(request.end, "end"));
     let rule = request.parameterization.unwrap_or_else(Parameterization::default_rule).parse().at("parameterization");
-    let ((bases, rule), (start, end)) = both(both(bases(request.basis, request.bases), rule), ends)?;
+    let ((bases, rule), (start, end)) = both(both(bases(context, request.basis, request.bases), rule), ends)?;
     Ok((if closed { core::Shape::Closed } else { core::Shape::Open(start, end) }, bases, rule))
 }
 

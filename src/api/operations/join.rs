@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, list, need, part};
+use crate::core::context::Context;
 use crate::core::curve::{self, Single};
 use crate::core::error::{At, Error, Fault, both};
 use crate::core::join as core;
@@ -99,8 +100,8 @@ impl Operation for Join {
     const ANSWERED: &str = "The joined curve.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: JoinRequest) -> Result<JoinAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: JoinRequest) -> Result<JoinAnswer, Error> {
+        operation(context, request)
     }
 }
 
@@ -111,8 +112,8 @@ impl Costed for JoinRequest {
 }
 
 impl Request for JoinRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.curves, self.smoothness).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.curves, self.smoothness).map(drop)
     }
 }
 
@@ -120,23 +121,23 @@ impl Request for JoinRequest {
 ///
 /// # Errors
 /// Whatever [`core::join`] refuses, with its place in the request.
-pub fn operation(request: JoinRequest) -> Result<JoinAnswer, Error> {
+pub fn operation(context: &Context, request: JoinRequest) -> Result<JoinAnswer, Error> {
     let movable = request.movable.unwrap_or(Movable::Both);
     let style = request.report.unwrap_or(ReportStyle::Full);
-    match parts(request.curves, request.smoothness)? {
-        (Dimensioned::Plane(curves), smoothness) => join(curves, smoothness, movable, style),
-        (Dimensioned::Space(curves), smoothness) => join(curves, smoothness, movable, style),
+    match parts(context, request.curves, request.smoothness)? {
+        (Dimensioned::Plane(curves), smoothness) => join(context, curves, smoothness, movable, style),
+        (Dimensioned::Space(curves), smoothness) => join(context, curves, smoothness, movable, style),
     }
 }
 
 type Curves = Dimensioned<Vec<curve::Curve<2>>, Vec<curve::Curve<3>>>;
 
-fn parts(curves: Option<Vec<Curve>>, smoothness: Option<Smoothness>) -> Result<(Curves, Smoothness), Error> {
-    both(part(curves, "curves", Dimensioned::parse_list), need(smoothness, "smoothness"))
+fn parts(context: &Context, curves: Option<Vec<Curve>>, smoothness: Option<Smoothness>) -> Result<(Curves, Smoothness), Error> {
+    both(part(curves, "curves", |curves| Dimensioned::parse_list(context, curves)), need(smoothness, "smoothness"))
 }
 
 fn join<const D: usize>(
-    curves: Vec<curve::Curve<D>>,
+    context: &Context, curves: Vec<curve::Curve<D>>,
     smoothness: Smoothness,
     movable: Movable,
     style: ReportStyle,
@@ -146,7 +147,7 @@ where
 {
     let singles = curves.into_iter().enumerate().map(|(i, curve)| single(curve).at("family").at(i));
     let singles = singles.collect::<Result<Vec<_>, _>>().at("curves")?;
-    let joined = core::join(singles, smoothness.into(), movable.into())?;
+    let joined = core::join(context, singles, smoothness.into(), movable.into())?;
     Ok(JoinAnswer {
         curve: Curve::of_core(curve::Curve::Piecewise(joined.curve)),
         moved: joined.moved,

@@ -10,6 +10,7 @@ use crate::api::json::{self, Request};
 use crate::api::output::Format;
 use crate::api::problem::Problem;
 use crate::api::writer::Written;
+use crate::core::context::Context;
 use crate::core::error::Error;
 
 /// A request body that the specification shows and a test runs.
@@ -63,7 +64,7 @@ pub trait Operation: 'static {
     ///
     /// # Errors
     /// Whatever the core refuses, with its place in the request.
-    fn compute(request: Self::Request) -> Result<Self::Answer, Error>;
+    fn compute(context: &Context, request: Self::Request) -> Result<Self::Answer, Error>;
 
     /// Whether a request costs less than handing it to another thread.
     fn is_small(_request: &Self::Request) -> bool {
@@ -95,7 +96,7 @@ impl Output for String {
 }
 
 /// Reads a request, computes, writes the answer.
-pub type Answer = fn(&[u8], Format, &mut Buffer) -> Result<(), Problem>;
+pub type Answer = fn(&Context, &[u8], Format, &mut Buffer) -> Result<(), Problem>;
 
 /// An operation in the table.
 #[derive(Debug, Clone, Copy)]
@@ -118,8 +119,8 @@ impl Entry {
             path: O::PATH,
             examples: O::EXAMPLES,
             kind: O::Answer::KIND,
-            answer: |body, format, buffer| answered::<O>(body)?.write(format, buffer),
-            answer_json: |body, format, buffer| json::write(&answered::<O>(body)?, format, buffer),
+            answer: |context, body, format, buffer| answered::<O>(context, body)?.write(format, buffer),
+            answer_json: |context, body, format, buffer| json::write(&answered::<O>(context, body)?, format, buffer),
         }
     }
 
@@ -129,8 +130,8 @@ impl Entry {
     }
 }
 
-fn answered<O: Operation>(body: &[u8]) -> Result<O::Answer, Problem> {
-    O::compute(json::from_bytes(body)?).map_err(|error| json::refused(error, body))
+fn answered<O: Operation>(context: &Context, body: &[u8]) -> Result<O::Answer, Problem> {
+    O::compute(context, json::from_bytes(context, body)?).map_err(|error| json::refused(error, body))
 }
 
 /// Makes something of every operation, by its type.

@@ -5,6 +5,7 @@ use crate::api::operations::Operation;
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Curve, Dimensioned, Surface, Whole, list, missing, number, part, whole};
+use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, at_most, both, every};
 use crate::core::limits;
 use crate::draw as core;
@@ -107,8 +108,8 @@ impl Operation for Render {
     const ANSWERED: &str = "The picture.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: RenderRequest) -> Result<String, Error> {
-        operation(request)
+    fn compute(context: &Context, request: RenderRequest) -> Result<String, Error> {
+        operation(context, request)
     }
 }
 
@@ -121,8 +122,8 @@ impl Costed for RenderRequest {
 }
 
 impl Request for RenderRequest {
-    fn check(self) -> Result<(), Error> {
-        picture(self).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        picture(context, self).map(drop)
     }
 }
 
@@ -130,16 +131,16 @@ impl Request for RenderRequest {
 ///
 /// # Errors
 /// Whatever [`core::draw`] refuses, with its place in the request.
-pub fn operation(request: RenderRequest) -> Result<String, Error> {
-    core::draw(&picture(request)?)
+pub fn operation(context: &Context, request: RenderRequest) -> Result<String, Error> {
+    core::draw(context, &picture(context, request)?)
 }
 
-fn picture(request: RenderRequest) -> Result<Picture, Error> {
+fn picture(context: &Context, request: RenderRequest) -> Result<Picture, Error> {
     let is_empty = request.curves.is_none() && request.surfaces.is_none();
     let given = if is_empty { Err(missing("curves` or `surfaces")) } else { Ok(()) };
     let size = both(pixels(request.width, "width", 800), pixels(request.height, "height", 500));
     let count = request.surfaces.as_ref().map_or(0, Vec::len);
-    let drawn = both(surfaces(request.surfaces).at("surfaces"), curves(request.curves, count).at("curves"));
+    let drawn = both(surfaces(context, request.surfaces).at("surfaces"), curves(context, request.curves, count).at("curves"));
     let title = request.title.as_deref().map_or(Ok(()), |title| core::check_text(title, limits::TITLE)).at("title");
     let ((((surfaces, surface_marks), curves), (width, height)), ((), ())) = both(both(drawn, size), both(title, given))?;
     let show = show(&request.show.unwrap_or_else(|| vec![Detail::Legend]));
@@ -195,13 +196,13 @@ fn mark(label: Option<String>, color: Option<Whole>, place: usize) -> Result<Mar
     both(text, palette).map(|_| Mark { label, color, dashes })
 }
 
-fn surfaces(drawn: Option<Vec<DrawnSurface>>) -> Result<(Vec<crate::core::surface::Surface>, Vec<Mark>), Error> {
+fn surfaces(context: &Context, drawn: Option<Vec<DrawnSurface>>) -> Result<(Vec<crate::core::surface::Surface>, Vec<Mark>), Error> {
     let Some(drawn) = drawn else { return Ok(Default::default()) };
     crate::core::error::at_least("surfaces", drawn.len(), 1)?;
     at_most("surfaces in a picture", drawn.len(), limits::PICTURE_SURFACES, "Draw them in parts")?;
     let one = |(i, drawn): (usize, DrawnSurface)| -> Result<_, Error> {
         let mark = mark(drawn.label, drawn.color, i);
-        let (surface, mark) = both(part(drawn.surface, "surface", Surface::parse), mark)?;
+        let (surface, mark) = both(part(drawn.surface, "surface", |value| value.parse(context)), mark)?;
         let points = surface.rows().map(<[_]>::len).sum();
         at_most("control points in a picture", points, limits::PICTURE_NET, "Cut the surface first").at("surface")?;
         Ok((surface, mark))
@@ -209,13 +210,13 @@ fn surfaces(drawn: Option<Vec<DrawnSurface>>) -> Result<(Vec<crate::core::surfac
     Ok(every(drawn.into_iter().enumerate().map(|(i, drawn)| one((i, drawn)).at(i)))?.into_iter().unzip())
 }
 
-fn curves(drawn: Option<Vec<DrawnCurve>>, surfaces: usize) -> Result<(Curves, Vec<Mark>), Error> {
+fn curves(context: &Context, drawn: Option<Vec<DrawnCurve>>, surfaces: usize) -> Result<(Curves, Vec<Mark>), Error> {
     let Some(drawn) = drawn else { return Ok((Curves::Space(Vec::new()), Vec::new())) };
     crate::core::error::at_least("curves", drawn.len(), 1)?;
     at_most("curves in a picture", drawn.len(), limits::PICTURE_CURVES, "Draw them in parts")?;
     let (mut plane, mut space, mut marks) = (Vec::new(), Vec::new(), Vec::new());
     let one = |(i, drawn): (usize, DrawnCurve)| {
-        both(part(drawn.curve, "curve", Curve::parse), mark(drawn.label, drawn.color, surfaces + i)).at(i)
+        both(part(drawn.curve, "curve", |value| value.parse(context)), mark(drawn.label, drawn.color, surfaces + i)).at(i)
     };
     for (i, (curve, mark)) in every(drawn.into_iter().enumerate().map(one))?.into_iter().enumerate() {
         match curve {

@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Basis, Continuity, Curve, Dimensioned, Points, ReportStyle, bases, need, part};
+use crate::core::context::Context;
 use crate::core::curve::{self, Bases};
 use crate::core::error::{Error, both};
 use crate::core::point::Point;
@@ -87,8 +88,8 @@ impl Operation for Reshape {
     const ANSWERED: &str = "The bent curve.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: ReshapeRequest) -> Result<ReshapeAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: ReshapeRequest) -> Result<ReshapeAnswer, Error> {
+        operation(context, request)
     }
 }
 
@@ -100,8 +101,8 @@ impl Costed for ReshapeRequest {
 }
 
 impl Request for ReshapeRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.curve, self.basis, self.bases).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.curve, self.basis, self.bases).map(drop)
     }
 }
 
@@ -109,22 +110,22 @@ impl Request for ReshapeRequest {
 ///
 /// # Errors
 /// Whatever [`core::reshape`] refuses, with its place in the request.
-pub fn operation(request: ReshapeRequest) -> Result<ReshapeAnswer, Error> {
+pub fn operation(context: &Context, request: ReshapeRequest) -> Result<ReshapeAnswer, Error> {
     let keep = request.keep.unwrap_or(Keep::Nothing);
     let style = request.report.unwrap_or(ReportStyle::Full);
-    match parts(request.curve, request.basis, request.bases)? {
-        (Dimensioned::Plane(curve), bases) => reshape(&curve, bases, keep, style),
-        (Dimensioned::Space(curve), bases) => reshape(&curve, bases, keep, style),
+    match parts(context, request.curve, request.basis, request.bases)? {
+        (Dimensioned::Plane(curve), bases) => reshape(context, &curve, bases, keep, style),
+        (Dimensioned::Space(curve), bases) => reshape(context, &curve, bases, keep, style),
     }
 }
 
-fn parts(curve: Option<Curve>, basis: Option<Basis>, each: Option<Vec<Basis>>) -> Result<(Dimensioned, Bases), Error> {
+fn parts(context: &Context, curve: Option<Curve>, basis: Option<Basis>, each: Option<Vec<Basis>>) -> Result<(Dimensioned, Bases), Error> {
     let given = if basis.is_none() { need(each.as_ref(), "basis` or `bases").map(drop) } else { Ok(()) };
-    let (curve, (bases, ())) = both(part(curve, "curve", Curve::parse), both(bases(basis, each), given))?;
+    let (curve, (bases, ())) = both(part(curve, "curve", |value| value.parse(context)), both(bases(context, basis, each), given))?;
     Ok((curve, bases))
 }
 
-fn reshape<const D: usize>(curve: &curve::Curve<D>, bases: Bases, keep: Keep, style: ReportStyle) -> Result<ReshapeAnswer, Error>
+fn reshape<const D: usize>(context: &Context, curve: &curve::Curve<D>, bases: Bases, keep: Keep, style: ReportStyle) -> Result<ReshapeAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {
@@ -134,7 +135,7 @@ where
         Keep::C1 => core::Keep::C1,
         Keep::C2 => core::Keep::C2,
     };
-    let reshaped = core::reshape(curve, bases, wanted)?;
+    let reshaped = core::reshape(context, curve, bases, wanted)?;
     Ok(ReshapeAnswer {
         curve: Curve::of_core(reshaped.curve),
         continuity: Continuity::of_core(&reshaped.continuity, style),

@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Curve, Dimensioned, Points, Whole, need, number, part};
+use crate::core::context::Context;
 use crate::core::curve;
 use crate::core::error::{Error, both};
 use crate::core::point::Point;
@@ -105,8 +106,8 @@ impl Operation for Subdivide {
     const ANSWERED: &str = "The pieces.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: SubdivideRequest) -> Result<SubdivideAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: SubdivideRequest) -> Result<SubdivideAnswer, Error> {
+        operation(context, request)
     }
 
     fn is_small(request: &SubdivideRequest) -> bool {
@@ -128,8 +129,8 @@ impl Costed for SubdivideRequest {
 }
 
 impl Request for SubdivideRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.curve, self.at).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.curve, self.at).map(drop)
     }
 }
 
@@ -137,24 +138,24 @@ impl Request for SubdivideRequest {
 ///
 /// # Errors
 /// Whatever [`core::subdivide`] refuses, with its place in the request.
-pub fn operation(request: SubdivideRequest) -> Result<SubdivideAnswer, Error> {
+pub fn operation(context: &Context, request: SubdivideRequest) -> Result<SubdivideAnswer, Error> {
     let form = request.form.unwrap_or(Form::Auto);
     let tolerance = request.at.as_ref().and_then(|at| at.tolerance);
-    match parts(request.curve, request.at)? {
-        (Dimensioned::Plane(curve), at) => cut(&curve, &at, form, tolerance),
-        (Dimensioned::Space(curve), at) => cut(&curve, &at, form, tolerance),
+    match parts(context, request.curve, request.at)? {
+        (Dimensioned::Plane(curve), at) => cut(context, &curve, &at, form, tolerance),
+        (Dimensioned::Space(curve), at) => cut(context, &curve, &at, form, tolerance),
     }
 }
 
-fn parts(curve: Option<Curve>, at: Option<Cuts>) -> Result<(Dimensioned, core::Cuts), Error> {
-    both(part(curve, "curve", Curve::parse), part(at, "at", Cuts::parse))
+fn parts(context: &Context, curve: Option<Curve>, at: Option<Cuts>) -> Result<(Dimensioned, core::Cuts), Error> {
+    both(part(curve, "curve", |value| value.parse(context)), part(at, "at", |value| value.parse(context)))
 }
 
-fn cut<const D: usize>(curve: &curve::Curve<D>, at: &core::Cuts, form: Form, tolerance: Option<f64>) -> Result<SubdivideAnswer, Error>
+fn cut<const D: usize>(context: &Context, curve: &curve::Curve<D>, at: &core::Cuts, form: Form, tolerance: Option<f64>) -> Result<SubdivideAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {
-    let pieces = core::subdivide(curve, at, form.into())?;
+    let pieces = core::subdivide(context, curve, at, form.into())?;
     Ok(SubdivideAnswer {
         curve: Curve::of_core(curve::Curve::Piecewise(pieces.curve)),
         split_parameters: pieces.split_parameters,

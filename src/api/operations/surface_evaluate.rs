@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Points, Surface, SurfaceDomain, Tuple, Whole, list, need, part, space_list, whole};
+use crate::core::context::Context;
 use crate::core::error::{At, Error, both};
 use crate::core::limits;
 use crate::core::surface as core;
@@ -116,8 +117,8 @@ impl Operation for SurfaceEvaluate {
     const ANSWERED: &str = "The samples.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswer, Error> {
+        operation(context, request)
     }
 
     fn is_small(request: &SurfaceEvaluateRequest) -> bool {
@@ -141,8 +142,8 @@ impl Costed for SurfaceEvaluateRequest {
 }
 
 impl Request for SurfaceEvaluateRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.surface, self.at, self.derivatives).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.surface, self.at, self.derivatives).map(drop)
     }
 }
 
@@ -150,10 +151,10 @@ impl Request for SurfaceEvaluateRequest {
 ///
 /// # Errors
 /// Whatever [`core::evaluate`] refuses, with its place in the request.
-pub fn operation(request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswer, Error> {
-    let (surface, places, orders) = parts(request.surface, request.at, request.derivatives)?;
+pub fn operation(context: &Context, request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswer, Error> {
+    let (surface, places, orders) = parts(context, request.surface, request.at, request.derivatives)?;
     let asked = request.quantities.unwrap_or_default();
-    let samples = core::evaluate(&surface, &places, orders, quantities(&asked))?;
+    let samples = core::evaluate(context, &surface, &places, orders, quantities(&asked))?;
     let has = |quantity| asked.contains(&quantity);
     let mut derivatives = samples.derivatives.into_iter().map(Points::from);
     Ok(SurfaceEvaluateAnswer {
@@ -173,12 +174,12 @@ pub fn operation(request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswe
 }
 
 fn parts(
-    surface: Option<Surface>,
+    context: &Context, surface: Option<Surface>,
     at: Option<SurfaceSampling>,
     derivatives: Option<Whole>,
 ) -> Result<(core::Surface, core::Places, usize), Error> {
     let orders = derivatives.map_or(0, |whole| whole.0);
-    let parts = both(part(surface, "surface", Surface::parse), part(at, "at", SurfaceSampling::parse));
+    let parts = both(part(surface, "surface", |value| value.parse(context)), part(at, "at", |value| value.parse(context)));
     let ((surface, places), ()) = both(parts, core::check_orders(orders).at("derivatives"))?;
     Ok((surface, places, orders))
 }
@@ -192,13 +193,13 @@ fn quantities(asked: &[SurfaceQuantity]) -> core::SurfaceQuantities {
 }
 
 impl SurfaceSampling {
-    fn parse(self) -> Result<core::Places, Error> {
+    fn parse(self, context: &Context) -> Result<core::Places, Error> {
         let places = match self.kind()? {
             SurfaceSamplingKind::Grid => core::Places::Grid(need(self.u, "u")?.0, need(self.v, "v")?.0),
             SurfaceSamplingKind::Parameters => {
                 core::Places::Parameters(need(self.values, "values")?.into_iter().map(|pair| pair.0).collect())
             }
         };
-        places.check().map(|()| places)
+        places.check(context).map(|()| places)
     }
 }

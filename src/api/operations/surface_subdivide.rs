@@ -6,6 +6,7 @@ use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::subdivide::Form;
 use crate::api::wire::{Surface, SurfaceDomain, need, part};
+use crate::core::context::Context;
 use crate::core::error::{Error, both};
 use crate::core::surface as core;
 
@@ -89,8 +90,8 @@ impl Operation for SurfaceSubdivide {
     const ANSWERED: &str = "The pieces.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAnswer, Error> {
+        operation(context, request)
     }
 }
 
@@ -103,8 +104,8 @@ impl Costed for SurfaceSubdivideRequest {
 }
 
 impl Request for SurfaceSubdivideRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.surface, self.at).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.surface, self.at).map(drop)
     }
 }
 
@@ -112,10 +113,10 @@ impl Request for SurfaceSubdivideRequest {
 ///
 /// # Errors
 /// Whatever [`core::subdivide`] refuses, with its place in the request.
-pub fn operation(request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAnswer, Error> {
-    let (surface, at) = parts(request.surface, request.at)?;
+pub fn operation(context: &Context, request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAnswer, Error> {
+    let (surface, at) = parts(context, request.surface, request.at)?;
     let form = request.form.unwrap_or(Form::Auto).into();
-    let pieces = core::subdivide(&surface, &at.u.unwrap_or_default(), &at.v.unwrap_or_default(), form)?;
+    let pieces = core::subdivide(context, &surface, &at.u.unwrap_or_default(), &at.v.unwrap_or_default(), form)?;
     let piece = |piece: &core::Piece| SurfacePiece { domain: piece.domain.into(), surface: (&piece.surface).into() };
     Ok(SurfaceSubdivideAnswer {
         pieces: pieces.pieces.iter().map(piece).collect(),
@@ -124,6 +125,6 @@ pub fn operation(request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAns
     })
 }
 
-fn parts(surface: Option<Surface>, at: Option<SurfaceCuts>) -> Result<(core::Surface, SurfaceCuts), Error> {
-    both(part(surface, "surface", Surface::parse), need(at, "at"))
+fn parts(context: &Context, surface: Option<Surface>, at: Option<SurfaceCuts>) -> Result<(core::Surface, SurfaceCuts), Error> {
+    both(part(surface, "surface", |value| value.parse(context)), need(at, "at"))
 }

@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Points, Surface, Tuple, Whole, number, part, space_list};
+use crate::core::context::Context;
 use crate::core::error::{Error, both};
 use crate::core::evaluate::check_distance;
 use crate::core::surface as core;
@@ -71,8 +72,8 @@ impl Operation for SurfaceTessellate {
     const ANSWERED: &str = "The mesh.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: SurfaceTessellateRequest) -> Result<SurfaceTessellateAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: SurfaceTessellateRequest) -> Result<SurfaceTessellateAnswer, Error> {
+        operation(context, request)
     }
 }
 
@@ -83,8 +84,8 @@ impl Costed for SurfaceTessellateRequest {
 }
 
 impl Request for SurfaceTessellateRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.surface, self.tolerance).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.surface, self.tolerance).map(drop)
     }
 }
 
@@ -92,9 +93,9 @@ impl Request for SurfaceTessellateRequest {
 ///
 /// # Errors
 /// Whatever [`core::tessellate`] refuses, with its place in the request.
-pub fn operation(request: SurfaceTessellateRequest) -> Result<SurfaceTessellateAnswer, Error> {
-    let (surface, tolerance) = parts(request.surface, request.tolerance)?;
-    let mesh = core::tessellate(&surface, tolerance)?;
+pub fn operation(context: &Context, request: SurfaceTessellateRequest) -> Result<SurfaceTessellateAnswer, Error> {
+    let (surface, tolerance) = parts(context, request.surface, request.tolerance)?;
+    let mesh = core::tessellate(context, &surface, tolerance)?;
     Ok(SurfaceTessellateAnswer {
         cells: Tuple(mesh.cells.map(Whole)),
         parameters: mesh.parameters.into_iter().map(Tuple).collect(),
@@ -105,7 +106,7 @@ pub fn operation(request: SurfaceTessellateRequest) -> Result<SurfaceTessellateA
     })
 }
 
-fn parts(surface: Option<Surface>, tolerance: Option<f64>) -> Result<(core::Surface, f64), Error> {
+fn parts(context: &Context, surface: Option<Surface>, tolerance: Option<f64>) -> Result<(core::Surface, f64), Error> {
     let tolerance = part(tolerance, "tolerance", |tolerance| Ok(check_distance(tolerance).map(|()| tolerance)?));
-    both(part(surface, "surface", Surface::parse), tolerance)
+    both(part(surface, "surface", |value| value.parse(context)), tolerance)
 }

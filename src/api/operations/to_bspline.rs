@@ -5,6 +5,7 @@ use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::wire::{Curve, Dimensioned, Points, Whole, number, part};
+use crate::core::context::Context;
 use crate::core::curve;
 use crate::core::error::{At, Error, both};
 use crate::core::limits;
@@ -100,8 +101,8 @@ impl Operation for ToBspline {
     const ANSWERED: &str = "The B-spline.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(request: ToBsplineRequest) -> Result<ToBsplineAnswer, Error> {
-        operation(request)
+    fn compute(context: &Context, request: ToBsplineRequest) -> Result<ToBsplineAnswer, Error> {
+        operation(context, request)
     }
 
     fn is_small(request: &ToBsplineRequest) -> bool {
@@ -116,8 +117,8 @@ impl Costed for ToBsplineRequest {
 }
 
 impl Request for ToBsplineRequest {
-    fn check(self) -> Result<(), Error> {
-        parts(self.curve, self.tolerance).map(drop)
+    fn check(self, context: &Context) -> Result<(), Error> {
+        parts(context, self.curve, self.tolerance).map(drop)
     }
 }
 
@@ -125,21 +126,21 @@ impl Request for ToBsplineRequest {
 ///
 /// # Errors
 /// Whatever [`core::to_bspline`] refuses, with its place in the request.
-pub fn operation(request: ToBsplineRequest) -> Result<ToBsplineAnswer, Error> {
+pub fn operation(context: &Context, request: ToBsplineRequest) -> Result<ToBsplineAnswer, Error> {
     let style = request.knots.unwrap_or(KnotStyle::Clamped);
-    match parts(request.curve, request.tolerance)? {
-        (Dimensioned::Plane(curve), tolerance) => convert(&curve, style, tolerance),
-        (Dimensioned::Space(curve), tolerance) => convert(&curve, style, tolerance),
+    match parts(context, request.curve, request.tolerance)? {
+        (Dimensioned::Plane(curve), tolerance) => convert(context, &curve, style, tolerance),
+        (Dimensioned::Space(curve), tolerance) => convert(context, &curve, style, tolerance),
     }
 }
 
-fn parts(curve: Option<Curve>, tolerance: Option<f64>) -> Result<(Dimensioned, f64), Error> {
+fn parts(context: &Context, curve: Option<Curve>, tolerance: Option<f64>) -> Result<(Dimensioned, f64), Error> {
     let tolerance = tolerance.unwrap_or(limits::CONTINUITY_TOLERANCE);
-    let (curve, ()) = both(part(curve, "curve", Curve::parse), core::check_tolerance(tolerance).at("tolerance"))?;
+    let (curve, ()) = both(part(curve, "curve", |value| value.parse(context)), core::check_tolerance(tolerance).at("tolerance"))?;
     Ok((curve, tolerance))
 }
 
-fn convert<const D: usize>(curve: &curve::Curve<D>, style: KnotStyle, tolerance: f64) -> Result<ToBsplineAnswer, Error>
+fn convert<const D: usize>(context: &Context, curve: &curve::Curve<D>, style: KnotStyle, tolerance: f64) -> Result<ToBsplineAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {
@@ -148,7 +149,7 @@ where
         KnotStyle::Uniform => core::KnotStyle::Uniform,
         KnotStyle::Periodic => core::KnotStyle::Periodic,
     };
-    let result = core::to_bspline(curve, wanted, tolerance)?;
+    let result = core::to_bspline(context, curve, wanted, tolerance)?;
     let joint = |joint: &core::FormerJoint| FormerJoint {
         parameter: joint.parameter,
         continuity: joint.continuity,

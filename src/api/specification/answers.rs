@@ -1,5 +1,6 @@
 //! Examples of answers: what the operations answer to the examples of requests.
 
+use crate::core::context::Context;
 use crate::api::operations::TABLE;
 use crate::api::problem::Status;
 use serde_json::{Value, json};
@@ -55,10 +56,10 @@ fn add(content: &mut Content, name: &str, summary: &str, value: Value) {
 }
 
 fn answered(name: &str, body: &[u8]) -> Result<Vec<u8>, Problem> {
-    let mut buffer = Buffer::new(&memory::unlimited());
+    let mut buffer = Buffer::new(&Context::default(), &memory::unlimited());
     let format = Format { precision: Precision::Digits(DIGITS), ..Format::default() };
     let answer = operations::named(name).ok_or_else(Problem::internal)?;
-    (answer.answer)(body, format, &mut buffer).map(|()| buffer.finish().concat())
+    (answer.answer)(&Context::default(), body, format, &mut buffer).map(|()| buffer.finish().concat())
 }
 
 /// The problem of an example that has been cut short.

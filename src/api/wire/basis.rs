@@ -1,5 +1,6 @@
 //! Bases and shape matrices on the wire.
 
+use crate::core::context::Context;
 use crate::api::wire::field::{Whole, need, number, whole};
 use crate::core::basis as core;
 use crate::core::error::{At, Error, Fault, both, every};
@@ -94,14 +95,14 @@ impl Basis {
     ///
     /// # Errors
     /// Fields of another family, missing fields, shape parameters out of range.
-    pub fn parse(self) -> Result<core::Basis, Error> {
+    pub fn parse(self, context: &Context) -> Result<core::Basis, Error> {
         // A request may hold a hundred thousand bases, and the rank of a shape matrix takes milliseconds.
         context.checkpoint()?;
         let family = self.kind();
-        both(family, self.with_family()).map(|(_, basis)| basis)
+        both(family, self.with_family(context)).map(|(_, basis)| basis)
     }
 
-    fn with_family(self) -> Result<core::Basis, Error> {
+    fn with_family(self, context: &Context) -> Result<core::Basis, Error> {
         Ok(match self.tag()? {
             BasisFamily::Bezier => core::Basis::Bezier(core::Bezier),
             BasisFamily::Beta => core::Basis::Beta(match (self.beta, self.lambda) {
@@ -114,7 +115,7 @@ impl Basis {
                 }
             }),
             BasisFamily::AlphaBeta => core::Basis::AlphaBeta(core::AlphaBeta::new(need(self.alpha, "alpha")?, need(self.beta, "beta")?)?),
-            BasisFamily::Quasi => core::Basis::Quasi(core::Quasi::new(need(self.shape, "shape")?.parse().at("shape")?).at("shape")?),
+            BasisFamily::Quasi => core::Basis::Quasi(core::Quasi::new(context, need(self.shape, "shape")?.parse().at("shape")?).at("shape")?),
         })
     }
 }
@@ -139,24 +140,24 @@ impl From<&core::Basis> for Basis {
 ///
 /// # Errors
 /// As [`Basis::parse`]; more bases than [`limits::SEGMENTS`].
-pub fn parse_list(bases: Vec<Basis>) -> Result<Vec<core::Basis>, Error> {
+pub fn parse_list(context: &Context, bases: Vec<Basis>) -> Result<Vec<core::Basis>, Error> {
     crate::core::error::at_most("bases", bases.len(), context.limits.segments, "Send the curve in parts")?;
-    every(bases.into_iter().enumerate().map(|(i, basis)| basis.parse().at(i)))
+    every(bases.into_iter().enumerate().map(|(i, basis)| basis.parse(context).at(i)))
 }
 
 /// The bases of a request that takes `basis` for all segments or `bases`, one for each; bezier by default.
 ///
 /// # Errors
 /// Both given; faults at their place in either.
-pub fn bases(common: Option<Basis>, each: Option<Vec<Basis>>) -> Result<crate::core::curve::Bases, Error> {
+pub fn bases(context: &Context, common: Option<Basis>, each: Option<Vec<Basis>>) -> Result<crate::core::curve::Bases, Error> {
     use crate::core::curve::Bases;
     match (common, each) {
         (Some(_), Some(_)) => {
             let why = "give `basis` for all segments, or `bases` with one for each, not both";
             Err(Fault::Contradiction(why.into()).at("bases"))
         }
-        (Some(basis), None) => Ok(Bases::Common(basis.parse().at("basis")?)),
-        (None, Some(bases)) => Ok(Bases::PerSegment(parse_list(bases).at("bases")?)),
+        (Some(basis), None) => Ok(Bases::Common(basis.parse(context).at("basis")?)),
+        (None, Some(bases)) => Ok(Bases::PerSegment(parse_list(context, bases).at("bases")?)),
         (None, None) => Ok(Bases::Common(core::Basis::Bezier(core::Bezier))),
     }
 }

@@ -1,5 +1,6 @@
 //! Curves on the wire.
 
+use crate::core::context::Context;
 use crate::api::wire::basis::{Basis, BasisFamily, Shape, li_beta, parse_list};
 use crate::api::wire::field::{Whole, need, number, part, whole};
 use crate::api::wire::points::Points;
@@ -67,9 +68,9 @@ impl Dimensioned {
     ///
     /// # Errors
     /// Faults of a curve at its place in the list; no curve at all; a curve of another dimension.
-    pub fn parse_list(curves: Vec<Curve>) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
+    pub fn parse_list(context: &Context, curves: Vec<Curve>) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
         crate::core::error::at_least("curves", curves.len(), 1)?;
-        let parsed = every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse().at(i)))?;
+        let parsed = every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse(context).at(i)))?;
         let (mut plane, mut space) = (Vec::new(), Vec::new());
         for (i, curve) in parsed.into_iter().enumerate() {
             match curve {
@@ -94,13 +95,13 @@ enum Frame {
 }
 
 impl Frame {
-    fn with_points<const D: usize>(self, points: Vec<Point<D>>) -> Result<core::Curve<D>, Error> {
+    fn with_points<const D: usize>(self, context: &Context, points: Vec<Point<D>>) -> Result<core::Curve<D>, Error> {
         Ok(match self {
-            Frame::Single(basis) => core::Curve::Single(core::Single::new(basis, points)?),
+            Frame::Single(basis) => core::Curve::Single(core::Single::new(context, basis, points)?),
             Frame::Piecewise { bases, breaks, order, closed } => {
-                core::Curve::Piecewise(core::Piecewise::new(bases, order, breaks, closed, points)?)
+                core::Curve::Piecewise(core::Piecewise::new(context, bases, order, breaks, closed, points)?)
             }
-            Frame::BSpline { degree, knots, closed } => core::Curve::BSpline(core::BSpline::new(degree, knots, points, closed)?),
+            Frame::BSpline { degree, knots, closed } => core::Curve::BSpline(core::BSpline::new(context, degree, knots, points, closed)?),
         })
     }
 }
@@ -117,48 +118,48 @@ impl Curve {
     ///
     /// # Errors
     /// Fields of another family, missing fields, and whatever the mathematics forbids, each at its place.
-    pub fn parse(mut self) -> Result<Dimensioned, Error> {
+    pub fn parse(mut self, context: &Context) -> Result<Dimensioned, Error> {
         context.checkpoint()?;
         let family = self.kind();
         let points = need(self.control_points.take(), "control_points");
-        let ((_, frame), points) = both(both(family, self.frame()), points)?;
+        let ((_, frame), points) = both(both(family, self.frame(context)), points)?;
         Ok(match points {
-            Points::Plane(points) => Dimensioned::Plane(frame.with_points(points)?),
-            Points::Space(points) => Dimensioned::Space(frame.with_points(points)?),
+            Points::Plane(points) => Dimensioned::Plane(frame.with_points(context, points)?),
+            Points::Space(points) => Dimensioned::Space(frame.with_points(context, points)?),
         })
     }
 
     /// All but the control points.
-    fn frame(self) -> Result<Frame, Error> {
+    fn frame(self, context: &Context) -> Result<Frame, Error> {
         let family = match self.tag()? {
             CurveFamily::Bezier => BasisFamily::Bezier,
             CurveFamily::Beta => BasisFamily::Beta,
             CurveFamily::AlphaBeta => BasisFamily::AlphaBeta,
             CurveFamily::Quasi => BasisFamily::Quasi,
-            CurveFamily::Piecewise => return self.piecewise(),
-            CurveFamily::BSpline => return self.bspline(),
+            CurveFamily::Piecewise => return self.piecewise(context),
+            CurveFamily::BSpline => return self.bspline(context),
         };
         let basis = Basis { family: Some(family), beta: self.beta, lambda: self.lambda, alpha: self.alpha, shape: self.shape };
-        basis.parse().map(Frame::Single)
+        basis.parse(context).map(Frame::Single)
     }
 
-    fn piecewise(self) -> Result<Frame, Error> {
+    fn piecewise(self, context: &Context) -> Result<Frame, Error> {
         let list = |bases| {
-            let mut bases = parse_list(bases)?;
+            let mut bases = parse_list(context, bases)?;
             match bases.pop() {
                 Some(only) if bases.is_empty() => Ok(core::Bases::Common(only)),
                 Some(last) => Ok(core::Bases::PerSegment(bases.into_iter().chain([last]).collect())),
                 None => Err(Fault::TooFew { what: "bases", count: 0, least: 1 }.into()),
             }
         };
-        let parts = both(part(self.bases, "bases", list), part(self.knots, "knots", Breaks::new));
-        let order = part(self.order, "order", |order| Ok(core::within_degrees("order", order.0).map(|()| order.0)?));
+        let parts = both(part(self.bases, "bases", list), part(self.knots, "knots", |knots| Breaks::new(context, knots)));
+        let order = part(self.order, "order", |order| Ok(core::within_degrees(context, "order", order.0).map(|()| order.0)?));
         let ((bases, breaks), order) = both(parts, order)?;
         Ok(Frame::Piecewise { bases, breaks, order, closed: self.closed.unwrap_or(false) })
     }
 
-    fn bspline(self) -> Result<Frame, Error> {
-        let degree = part(self.degree, "degree", |degree| Ok(core::within_degrees("degree", degree.0).map(|()| degree.0)?));
+    fn bspline(self, context: &Context) -> Result<Frame, Error> {
+        let degree = part(self.degree, "degree", |degree| Ok(core::within_degrees(context, "degree", degree.0).map(|()| degree.0)?));
         let knots = part(self.knots, "knots", |knots| increasing("knots", &knots, false).map(|()| knots));
         let (degree, knots) = both(degree, knots)?;
         Ok(Frame::BSpline { degree, knots, closed: self.closed.unwrap_or(false) })

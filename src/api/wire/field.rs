@@ -82,7 +82,7 @@ where
     S: DeserializeSeed<'de> + Copy,
     A: SeqAccess<'de>,
 {
-    let (mut pace, mut count, mut fault) = (context.pace(), 0, None);
+    let (mut count, mut fault) = (0, None);
     loop {
         match seq.next_element_seed(seed) {
             Ok(Some(_)) if count == ITEMS => return Err(too_long()),
@@ -91,7 +91,6 @@ where
             Err(error) if tolerant::reads_on() => fault = Some(error),
             Err(error) => return Err(error),
         }
-        pace.step().map_err(A::Error::custom)?;
         count += 1;
     }
     fault.map_or(Ok(()), Err)

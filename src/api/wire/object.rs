@@ -131,8 +131,6 @@ macro_rules! object_type {
                     }
 
                     fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<$name, A::Error> {
-                        // A list of objects may take long to read.
-                        $context.checkpoint().map_err(serde::de::Error::custom)?;
                         let mut object = $name::default();
                         while let Some(key) = map.next_key::<String>()? {
                             match key.as_str() {

@@ -2,6 +2,7 @@
 
 use utoipa::openapi::schema::ArrayBuilder;
 
+use crate::core::context::Context;
 use crate::api::wire::basis::Basis;
 use crate::api::wire::field::{Tuple, list, part};
 use crate::api::wire::points::{Points, space_list};
@@ -45,11 +46,11 @@ impl Surface {
     ///
     /// # Errors
     /// Faults of a basis or of the net, each at its place; a row of 2D points.
-    pub fn parse(self) -> Result<core::Surface, Error> {
-        let bases = both(part(self.u, "u", Basis::parse), part(self.v, "v", Basis::parse));
+    pub fn parse(self, context: &Context) -> Result<core::Surface, Error> {
+        let bases = both(part(self.u, "u", |value| value.parse(context)), part(self.v, "v", |value| value.parse(context)));
         let rows = |net: Vec<Points>| every(net.into_iter().enumerate().map(|(i, row)| space(row).at(i)));
         let ((u, v), net) = both(bases, part(self.control_net, "control_net", rows))?;
-        core::Surface::new(u, v, net)
+        core::Surface::new(context, u, v, net)
     }
 }
 

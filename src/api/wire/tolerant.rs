@@ -12,6 +12,7 @@ use serde_json::value::RawValue;
 
 use crate::api::json::{in_json_terms, shortened};
 use crate::api::wire::field::TOO_LONG;
+use crate::core::context::{Context, Pace};
 use crate::core::error::GATHERED;
 
 thread_local! {
@@ -44,7 +45,7 @@ impl Misfit {
 }
 
 /// Reads what can be read of a JSON value, and what is wrong with the rest: the first faults, and how many there are.
-pub fn read<'de, T: de::Deserialize<'de>>(text: &'de RawValue) -> (Option<T>, Vec<Misfit>, usize) {
+pub fn read<'de, T: de::Deserialize<'de>>(context: &Context, text: &'de RawValue) -> (Option<T>, Vec<Misfit>, usize) {
     /// Is over when it is over, after a panic too.
     struct Reset;
     impl Drop for Reset {
@@ -54,20 +55,25 @@ pub fn read<'de, T: de::Deserialize<'de>>(text: &'de RawValue) -> (Option<T>, Ve
     }
     READS_ON.set(true);
     let _reset = Reset;
-    let notes = Notes::default();
+    let notes = Notes { found: RefCell::default(), count: Cell::new(0), path: RefCell::default(), pace: RefCell::new(context.pace()) };
     let value = notes.noted(T::deserialize(Value { text, notes: &notes }));
     (value.ok(), notes.found.take(), notes.count.get())
 }
 
 /// What has been found, and where the reader is.
-#[derive(Default)]
-struct Notes {
+struct Notes<'c> {
     found: RefCell<Vec<Misfit>>,
     count: Cell<usize>,
     path: RefCell<String>,
+    pace: RefCell<Pace<'c>>,
 }
 
-impl Notes {
+impl Notes<'_> {
+    /// Whether nobody waits any more: then lists and objects end.
+    fn ended(&self) -> bool {
+        self.pace.borrow_mut().step().is_err()
+    }
+
     /// Reads one level further in.
     fn within<T>(&self, step: impl Display, read: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
         use fmt::Write;
@@ -205,7 +211,7 @@ fn expectation(expected: &dyn Expected) -> String {
 #[derive(Clone, Copy)]
 struct Value<'de, 'n> {
     text: &'de RawValue,
-    notes: &'n Notes,
+    notes: &'n Notes<'n>,
 }
 
 impl<'de> Deserializer<'de> for Value<'de, '_> {
@@ -239,7 +245,7 @@ impl<'de> Deserializer<'de> for Value<'de, '_> {
 /// Looks at a value that the parser has opened, for a visitor that wants to hear of our faults, not of the parser's.
 struct Opened<'n, V> {
     visitor: V,
-    notes: &'n Notes,
+    notes: &'n Notes<'n>,
 }
 
 macro_rules! pass_on {
@@ -292,7 +298,7 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Opened<'_, V> {
 /// The items of an array.
 struct Items<'n, A> {
     inner: A,
-    notes: &'n Notes,
+    notes: &'n Notes<'n>,
     index: usize,
 }
 
@@ -300,6 +306,9 @@ impl<'de, A: SeqAccess<'de>> SeqAccess<'de> for &mut Items<'_, A> {
     type Error = Failure;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Failure> {
+        if self.notes.ended() {
+            return Ok(None);
+        }
         let Ok(Some(text)) = self.inner.next_element() else { return Ok(None) };
         let (index, notes) = (self.index, self.notes);
         self.index += 1;
@@ -310,7 +319,7 @@ impl<'de, A: SeqAccess<'de>> SeqAccess<'de> for &mut Items<'_, A> {
 /// The entries of an object.
 struct Entries<'n, A> {
     inner: A,
-    notes: &'n Notes,
+    notes: &'n Notes<'n>,
     key: Option<String>,
 }
 
@@ -319,6 +328,9 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for &mut Entries<'_, A> {
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Failure> {
         // A key that is no text, for half a surrogate pair, ends the object: it has been refused as a whole before.
+        if self.notes.ended() {
+            return Ok(None);
+        }
         let Ok(Some(key)) = self.inner.next_key::<String>() else { return Ok(None) };
         let key = self.key.insert(key);
         seed.deserialize(key.as_str().into_deserializer()).map(Some)
