@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::core::context::Context;
 use crate::api::memory::{Memory, Reservation};
+use crate::core::context::Context;
 
 /// The size of a chunk. An answer within one chunk is not counted against the budget.
 pub const CHUNK: usize = 256 * 1024;

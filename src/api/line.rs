@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use crate::core::context::Context;
 use crate::api::problem::Status;
+use crate::core::context::Context;
 use serde::de::{self, Deserializer, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
@@ -46,7 +46,12 @@ impl<'a> Line<'a> {
     ///
     /// # Errors
     /// Not JSON; not an object; fields that are missing, unknown, repeated or of another type.
-    pub fn read(context: &Context, text: &'a [u8], number: usize, max_depth: usize) -> Result<(Option<Id>, Cow<'a, str>, &'a RawValue), Refusal> {
+    pub fn read(
+        context: &Context,
+        text: &'a [u8],
+        number: usize,
+        max_depth: usize,
+    ) -> Result<(Option<Id>, Cow<'a, str>, &'a RawValue), Refusal> {
         json::check_depth(text, max_depth).map_err(|problem| (None, problem.into()))?;
         match serde_json::from_slice(text) {
             Ok(Line { id, op: Some(op), body: Some(body) }) => Ok((id, op, body)),

@@ -1,10 +1,10 @@
 //! The basis functions themselves, and what they promise.
 
-use crate::core::context::Context;
 use super::basis::{Basis, Properties, ShapeMatrix};
 use super::bezier_form::bernstein;
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::limits;
+use crate::core::context::Context;
 
 /// A basis at one order, sampled.
 #[derive(Debug, Clone, PartialEq)]

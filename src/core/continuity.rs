@@ -1,6 +1,5 @@
 //! How smoothly segments join, measured joint by joint.
 
-use crate::core::context::Context;
 use super::curve::{Composite, Piecewise, Segment};
 use super::error::Error;
 use super::gaps::{FEW, Gaps, Group, Order, orders, spline_orders};
@@ -8,6 +7,7 @@ use super::knots::Breaks;
 use super::lanes::LANES;
 use super::limits;
 use super::point::Point;
+use crate::core::context::Context;
 
 /// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives with
 /// respect to the parameter; a `C1` joint may well be `G2`, so the order is a convention: the highest class met is named.
@@ -113,7 +113,12 @@ impl Report {
 ///
 /// # Errors
 /// [`Fault::Cancelled`](super::error::Fault).
-pub fn continuity<const D: usize>(context: &Context, composite: &Composite<D>, closed: bool, tolerance: Tolerance) -> Result<Report, Error> {
+pub fn continuity<const D: usize>(
+    context: &Context,
+    composite: &Composite<D>,
+    closed: bool,
+    tolerance: Tolerance,
+) -> Result<Report, Error> {
     let breaks = composite.breaks();
     if !composite.is_spline() {
         return measured(context, breaks, |i| orders(composite.local(i), breaks.interval(i)), closed, tolerance);
@@ -139,7 +144,8 @@ pub(crate) fn piecewise_continuity<const D: usize>(context: &Context, curve: &Pi
 }
 
 fn measured<const D: usize>(
-    context: &Context, breaks: &Breaks,
+    context: &Context,
+    breaks: &Breaks,
     orders: impl Fn(usize) -> [Order<D>; 3],
     closed: bool,
     tolerance: Tolerance,

@@ -1,11 +1,11 @@
 //! The same curve in another basis.
 
-use crate::core::context::Context;
 use super::basis::Basis;
 use super::curve::{Bases, Curve, Piecewise, Single};
 use super::error::{At, Error, Fault};
 use super::local::placed;
 use super::point::Point;
+use crate::core::context::Context;
 
 /// A curve in another basis.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,7 +59,8 @@ pub fn convert<const D: usize>(context: &Context, curve: &Curve<D>, to: Basis, o
     }
     to.joinable(context, order).at("to")?;
     composite.check_joined().at("curve")?;
-    let (piecewise, condition) = Piecewise::from_composite(context, Bases::Common(to), order, &composite, composite.closes(curve.closed()))?;
+    let (piecewise, condition) =
+        Piecewise::from_composite(context, Bases::Common(to), order, &composite, composite.closes(curve.closed()))?;
     Ok(Converted { curve: Curve::Piecewise(piecewise), condition, construction })
 }
 

@@ -1,6 +1,5 @@
 //! Points, derivatives and the moving frame along a curve.
 
-use crate::core::context::Context;
 use super::bezier_form::{chord_error, split};
 use super::curve::{Composite, Curve, Segment};
 use super::domain::Domain;
@@ -8,6 +7,7 @@ use super::error::{At, Error, Fault, at_least, at_most};
 use super::lanes::uniform;
 use super::limits;
 use super::point::{Point, magnitude};
+use crate::core::context::Context;
 
 /// Where to sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,7 +84,8 @@ pub struct Degenerate {
 /// rounding; more samples than [`limits::SAMPLES`]. At `derivatives`: more than [`limits::DEGREE`]. At
 /// `quantities`: the torsion of a plane curve. At `curve`: a tolerance for a B-spline that jumps.
 pub fn evaluate<const D: usize>(
-    context: &Context, curve: &Curve<D>,
+    context: &Context,
+    curve: &Curve<D>,
     sampling: &Sampling,
     derivatives: usize,
     quantities: Quantities,
@@ -146,7 +147,12 @@ impl Quantities {
 }
 
 /// `lists[k][i]`: the `k`-th derivative at parameter `i`.
-fn jets<const D: usize>(context: &Context, composite: &Composite<D>, parameters: &[f64], highest: usize) -> Result<Vec<Vec<Point<D>>>, Error> {
+fn jets<const D: usize>(
+    context: &Context,
+    composite: &Composite<D>,
+    parameters: &[f64],
+    highest: usize,
+) -> Result<Vec<Vec<Point<D>>>, Error> {
     let sample = |curve: &Composite<D>| curve.evaluator(context)?.sample(context, parameters);
     let mut lists = vec![sample(composite)?];
     let mut derivative = None;
@@ -203,7 +209,12 @@ pub(crate) struct Piece<const D: usize> {
 
 /// Halves segments until every piece is within the tolerance of its chord, by the bound of
 /// [`chord_error`]: proved, not sampled. Pieces come in order.
-pub(crate) fn flat_pieces<const D: usize>(context: &Context, composite: &Composite<D>, tolerance: f64, most: usize) -> Result<Vec<Piece<D>>, Error> {
+pub(crate) fn flat_pieces<const D: usize>(
+    context: &Context,
+    composite: &Composite<D>,
+    tolerance: f64,
+    most: usize,
+) -> Result<Vec<Piece<D>>, Error> {
     let mut pieces = Vec::new();
     let mut pace = context.pace();
     for (segment, Segment { points, .. }) in composite.locals().enumerate() {
@@ -228,7 +239,8 @@ pub(crate) fn flat_pieces<const D: usize>(context: &Context, composite: &Composi
 }
 
 fn frames<const D: usize>(
-    context: &Context, composite: &Composite<D>,
+    context: &Context,
+    composite: &Composite<D>,
     parameters: &[f64],
     jets: &[Vec<Point<D>>],
     wanted: Quantities,

@@ -1,6 +1,5 @@
 //! Composite cubics through points.
 
-use crate::core::context::Context;
 use super::basis::{Basis, Bezier, WayBack};
 use super::continuity::{Report, Tolerance, piecewise_continuity};
 use super::curve::{Bases, PerSegment, Piecewise, finite_points};
@@ -9,6 +8,7 @@ use super::knots::Breaks;
 use super::limits;
 use super::parameterization::Parameterization;
 use super::point::Point;
+use crate::core::context::Context;
 
 /// What holds at one end of an open curve.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -53,7 +53,8 @@ pub struct Interpolant<const D: usize> {
 /// distances make the knots. At `parameterization`: knots that do not fit. At `start` or `end`: a not-a-knot
 /// condition with too few points. At `basis` or `bases`: not a cubic basis with a way back to control points.
 pub fn interpolate<const D: usize>(
-    context: &Context, points: &[Point<D>],
+    context: &Context,
+    points: &[Point<D>],
     shape: Shape<D>,
     bases: Bases,
     parameterization: &Parameterization,
@@ -76,7 +77,8 @@ pub fn interpolate<const D: usize>(
 
 /// The curve with these joined Bezier points in other bases, and the largest condition number of those.
 fn written_in<const D: usize>(
-    context: &Context, bases: Bases,
+    context: &Context,
+    bases: Bases,
     ways: &PerSegment<WayBack>,
     closed: bool,
     bezier: Vec<Point<D>>,

@@ -1,6 +1,5 @@
 //! Moving control points so that curves join smoothly.
 
-use crate::core::context::Context;
 use super::basis::Basis;
 use super::continuity::{Class, Report, Tolerance, continuity};
 use super::curve::{Bases, Piecewise, Single};
@@ -10,6 +9,7 @@ use super::knots::Breaks;
 use super::least_change::{Condition, least_change};
 use super::limits;
 use super::point::{Point, magnitude};
+use crate::core::context::Context;
 
 /// Curves in one join.
 pub const CURVES: usize = 1000;
@@ -109,7 +109,12 @@ struct Link {
 /// # Errors
 /// At `curves`: fewer than 2 or more than [`CURVES`], different orders, a basis that does not start and end at its control points,
 /// coordinates too large to compute with. At `smoothness`: a class that the points allowed to move cannot reach, with the joint.
-pub fn join<const D: usize>(context: &Context, curves: Vec<Single<D>>, smoothness: Smoothness, movable: Movable) -> Result<Joined<D>, Error> {
+pub fn join<const D: usize>(
+    context: &Context,
+    curves: Vec<Single<D>>,
+    smoothness: Smoothness,
+    movable: Movable,
+) -> Result<Joined<D>, Error> {
     check(context, &curves).at("curves")?;
     let mut chain = Chain::new(curves, smoothness, movable);
     if smoothness.geometric() {
@@ -359,8 +364,15 @@ impl<const D: usize> Chain<D> {
         let placed = |error: Error| error.fault.at("curves");
         let gaps = (1..self.bases.len()).map(|i| self.points[i * per_curve - 1].distance(self.points[i * per_curve]));
         let gap = gaps.fold(0.0, f64::max);
-        let curve = Piecewise::new(context, Bases::PerSegment(self.bases), self.order, Breaks::new(context, joints).map_err(placed)?, false, points)
-            .map_err(placed)?;
+        let curve = Piecewise::new(
+            context,
+            Bases::PerSegment(self.bases),
+            self.order,
+            Breaks::new(context, joints).map_err(placed)?,
+            false,
+            points,
+        )
+        .map_err(placed)?;
         let continuity = continuity(context, &curve.composite(context)?, false, Tolerance::default())?;
         let together = gap <= limits::CONTINUITY_TOLERANCE * magnitude(curve.control_points());
         if !(together && smoothness.met_by(&continuity)) {

@@ -1,8 +1,8 @@
 //! Knot vectors that cannot be invalid.
 
-use crate::core::context::Context;
 use super::error::{Error, Fault, at_least, at_most, increasing};
 use super::limits;
+use crate::core::context::Context;
 
 /// The full knot vector of a B-spline: `control points + degree + 1` knots that do not decrease,
 /// none more than `degree + 1` times, with a parameter range of positive length.

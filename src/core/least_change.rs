@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::core::context::Context;
 use super::error::Error;
 use super::singular_values::decomposed;
+use crate::core::context::Context;
 
 /// One condition: a combination of changes that must have a value.
 #[derive(Debug, Clone, Default)]
@@ -143,7 +143,8 @@ impl System {
         let seam = border.ncols();
         let coupling: Vec<Vec<f64>> = (0..seam).map(|s| border.column(s).iter().copied().take(self.banded).collect()).collect();
         let mut factors = Factors { lower, reciprocal, coupling, border: Vec::new(), complement: DMatrix::zeros(seam, seam) };
-        factors.border = factors.coupling.iter().map(|column| self.solve_band(context, &factors, column.clone())).collect::<Result<_, _>>()?;
+        factors.border =
+            factors.coupling.iter().map(|column| self.solve_band(context, &factors, column.clone())).collect::<Result<_, _>>()?;
         factors.complement =
             DMatrix::from_fn(seam, seam, |r, s| border[(self.banded + r, s)] - dot(&factors.coupling[r], &factors.border[s]));
         Ok(factors)

@@ -1,9 +1,9 @@
 //! How data points get their parameters.
 
-use crate::core::context::Context;
 use super::error::{At, Error, Fault, increasing};
 use super::knots::Breaks;
 use super::point::Point;
+use crate::core::context::Context;
 
 /// A rule for parameters, or the parameters themselves.
 #[derive(Debug, Clone, PartialEq)]

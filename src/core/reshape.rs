@@ -1,6 +1,5 @@
 //! New shape parameters on fixed control points.
 
-use crate::core::context::Context;
 use super::continuity::{Class, Report, Tolerance, continuity};
 use super::curve::{Bases, Composite, Curve, Piecewise, Single};
 use super::distance::largest_distance;
@@ -8,6 +7,7 @@ use super::error::{At, Error, Fault};
 use super::joint_rows::{Side, derivative_row};
 use super::least_change::{Condition, least_change};
 use super::point::Point;
+use crate::core::context::Context;
 
 /// What must survive at the joints.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -90,14 +90,18 @@ fn reshaped_single<const D: usize>(context: &Context, single: &Single<D>, bases:
 }
 
 fn reshaped_piecewise<const D: usize>(
-    context: &Context, old: &Piecewise<D>,
+    context: &Context,
+    old: &Piecewise<D>,
     composite: &Composite<D>,
     bases: Bases,
     keep: Keep,
 ) -> Result<Piecewise<D>, Error> {
     let (order, breaks, closed) = (old.order(), old.breaks(), old.closed());
     bases.check_count(breaks.segments()).at("bases")?;
-    bases.check_each(context, |basis| if keep == Keep::C2 { basis.way_back(context, order).map(drop) } else { basis.joinable(context, order) })?;
+    bases.check_each(
+        context,
+        |basis| if keep == Keep::C2 { basis.way_back(context, order).map(drop) } else { basis.joinable(context, order) },
+    )?;
     if keep == Keep::C2 {
         check_degree(composite, order).at("keep")?;
         return Ok(Piecewise::from_composite(context, bases, order, composite, closed)?.0);

@@ -1,6 +1,5 @@
 //! Cutting a curve into pieces that together run over the same curve.
 
-use crate::core::context::Context;
 use super::basis::{Basis, Bezier};
 use super::bezier_form::{evaluate, split};
 use super::curve::{Bases, Composite, Curve, Piecewise, Segment};
@@ -10,6 +9,7 @@ use super::evaluate::{Piece, check_distance, check_tolerance, flat_pieces};
 use super::knots::Breaks;
 use super::limits;
 use super::point::Point;
+use crate::core::context::Context;
 
 /// Where to cut.
 #[derive(Debug, Clone, PartialEq)]
@@ -182,7 +182,8 @@ fn flat<const D: usize>(context: &Context, composite: &Composite<D>, tolerance: 
 
 /// The pieces as a piecewise curve: in the family if asked for and possible, else as Bezier curves.
 fn assemble<const D: usize>(
-    context: &Context, curve: &Curve<D>,
+    context: &Context,
+    curve: &Curve<D>,
     cut: &Composite<D>,
     pieces: &[Piece<D>],
     form: Form,
@@ -198,7 +199,12 @@ fn assemble<const D: usize>(
     Ok((false, Piecewise::from_composite(context, bases, cut.degree(), cut, cut.closes(curve.closed()))?))
 }
 
-fn in_family<const D: usize>(context: &Context, curve: &Curve<D>, cut: &Composite<D>, pieces: &[Piece<D>]) -> Result<(Piecewise<D>, f64), Error> {
+fn in_family<const D: usize>(
+    context: &Context,
+    curve: &Curve<D>,
+    cut: &Composite<D>,
+    pieces: &[Piece<D>],
+) -> Result<(Piecewise<D>, f64), Error> {
     let (bases, order) = match curve {
         Curve::Single(single) => (Bases::Common(single.basis().clone()), single.order()),
         Curve::Piecewise(piecewise) => (inherited(piecewise.bases(), pieces), piecewise.order()),

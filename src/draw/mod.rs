@@ -146,7 +146,13 @@ fn space_box(context: &Context, picture: &Picture) -> Result<Option<Box3>, Error
     Ok((!space.is_empty()).then_some(space))
 }
 
-fn bounds(context: &Context, picture: &Picture, sketches: &[Sketch], surfaces: &[Shaded], comb: Option<comb::Scale>) -> Result<Bounds, Error> {
+fn bounds(
+    context: &Context,
+    picture: &Picture,
+    sketches: &[Sketch],
+    surfaces: &[Shaded],
+    comb: Option<comb::Scale>,
+) -> Result<Bounds, Error> {
     let mut bounds = Bounds::EMPTY;
     let mut pace = context.pace();
     for sketch in sketches {

@@ -25,6 +25,7 @@ use crate::api::cost::Cost;
 use crate::api::lines::{Cutter, NDJSON, Part};
 use crate::api::output::Format;
 use crate::api::problem::{Problem, Problems, Status};
+use crate::core::context::Context;
 use crate::http::compressor::{Packer, Refused, hand_over};
 
 /// Where batches are sent.
@@ -144,8 +145,8 @@ impl Answers {
         let Some(mut packer) = self.packer.take() else { return Ok(chunks) };
         let service = &self.batch.service;
         loop {
-            let job = |(mut packer, chunks): (Packer, Chunks)| {
-                let packed = packer.pack(chunks);
+            let job = |context: &Context, (mut packer, chunks): (Packer, Chunks)| {
+                let packed = packer.pack(context, chunks);
                 (packer, packed)
             };
             match hand_over(&service.pool, Instant::now() + service.deadline, (packer, chunks), job).await {
@@ -259,7 +260,7 @@ async fn attempt(part: &Part, batch: &Batch) -> Result<Chunks, Problem> {
     loop {
         let bytes = part.text.len();
         let (part, budget, max_depth) = (part.clone(), service.memory.clone(), service.max_depth);
-        let job = move || part.answer(format, max_depth, &budget);
+        let job = move |context: &Context| part.answer(context, format, max_depth, &budget);
         let cost = Cost::of_batch(bytes);
         match service.pool.compute(cost, Instant::now() + service.deadline, job).await {
             Ok(chunks) => return chunks,

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::api::chunks::CHUNK;
 use crate::api::memory::{Limited, Memory, NoRoom};
+use crate::core::context::Context;
 use crate::http::metrics::Metrics;
 
 /// How long a computation that is about to have a long answer waits for others to be sent.
@@ -39,7 +40,7 @@ impl Budget {
     /// Blocks a worker that is about to write a long answer while those before it are being sent, for a second at most: clients that
     /// read more slowly than the workers write slow these down, and are not refused. Where a wait was in vain nobody else waits until
     /// something has been sent.
-    pub fn await_room(&self, bytes: usize) {
+    pub fn await_room(&self, context: &Context, bytes: usize) {
         let no_need = || bytes <= CHUNK || bytes > self.bytes.most() || self.has_room(bytes) || self.stuck.load(Ordering::Relaxed);
         if no_need() {
             return;
@@ -105,12 +106,12 @@ mod tests {
         let memory: Arc<dyn Memory> = budget.clone();
         let mut before = Reservation::of(&memory);
         before.grow_to(3 * CHUNK).unwrap();
-        budget.await_room(CHUNK);
-        budget.await_room(5 * CHUNK);
+        budget.await_room(&Context::default(), CHUNK);
+        budget.await_room(&Context::default(), 5 * CHUNK);
         let waits = budget.clone();
         let waiting = std::thread::spawn(move || {
             while !waits.has_room(2 * CHUNK) {
-                waits.await_room(2 * CHUNK);
+                waits.await_room(&Context::default(), 2 * CHUNK);
             }
         });
         drop(before);

@@ -25,6 +25,7 @@ use crate::api::operations::{Operation, Output, OutputKind};
 use crate::api::output::{Format, RAW};
 use crate::api::problem::{Problem, Status};
 use crate::api::wire::raw;
+use crate::core::context::Context;
 
 /// Answers a request to an operation.
 pub async fn answer<O: Operation>(service: Arc<Service>, request: Request) -> Response {
@@ -69,35 +70,36 @@ impl Computation {
         let Computation { service, body, sent, format, deadline, packing } = self;
         let written_by = service.clone();
         // With the body, where it is still there, faults come in its order.
-        let written = move |request: O::Request, body: &[u8]| -> Result<Chunks, Problem> {
-            let mut buffer = Buffer::new(&written_by.memory).with_threads(1 + written_by.pool.idle());
-            O::compute(request).map_err(|error| json::refused(error, body))?.write(format, &mut buffer)?;
+        let written = move |context: &Context, request: O::Request, body: &[u8]| -> Result<Chunks, Problem> {
+            let mut buffer = Buffer::new(context, &written_by.memory).with_threads(1 + written_by.pool.idle());
+            O::compute(context, request).map_err(|error| json::refused(error, body))?.write(format, &mut buffer)?;
             Ok(buffer.finish())
         };
-        let pack = move |chunks| match packing {
-            Some(packing) => packing.pack(chunks),
+        let pack = move |context: &Context, chunks| match packing {
+            Some(packing) => packing.pack(context, chunks),
             None => Ok(chunks),
         };
         let (max_depth, budget) = (service.max_depth, service.budget.clone());
         let result = if body.bytes.len() > SMALL {
             let cost = Cost::of_body(O::PATH, body.bytes.len());
-            let job = move || {
-                let request = read(&body.bytes, sent, max_depth);
+            let job = move |context: &Context| {
+                let request = read(context, &body.bytes, sent, max_depth);
                 drop(body);
                 let request: O::Request = request?;
-                budget.await_room(request.cost().answer);
-                written(request, &[]).and_then(pack)
+                budget.await_room(context, request.cost().answer);
+                written(context, request, &[]).and_then(|chunks| pack(context, chunks))
             };
             service.pool.compute(cost, deadline, job).await
         } else {
-            let request: O::Request = read(&body.bytes, sent, max_depth)?;
+            let context = service.pool.context();
+            let request: O::Request = read(&context, &body.bytes, sent, max_depth)?;
             if O::is_small(&request) {
-                catch_unwind(AssertUnwindSafe(|| written(request, &body.bytes))).map_err(|_| Failure::Panicked)
+                catch_unwind(AssertUnwindSafe(|| written(&context, request, &body.bytes))).map_err(|_| Failure::Panicked)
             } else {
                 let cost = request.cost();
-                let job = move || {
-                    budget.await_room(cost.answer);
-                    written(request, &body.bytes).and_then(pack)
+                let job = move |context: &Context| {
+                    budget.await_room(context, cost.answer);
+                    written(context, request, &body.bytes).and_then(|chunks| pack(context, chunks))
                 };
                 service.pool.compute(cost, deadline, job).await
             }
@@ -125,10 +127,10 @@ fn response(chunks: Chunks, media_type: &'static str, vary: HeaderValue, coding:
     response
 }
 
-fn read<Request: json::Request>(body: &Bytes, sent: BodyFormat, max_depth: usize) -> Result<Request, Problem> {
+fn read<Request: json::Request>(context: &Context, body: &Bytes, sent: BodyFormat, max_depth: usize) -> Result<Request, Problem> {
     let read = |text: &[u8]| {
         json::check_depth(text, max_depth)?;
-        json::from_bytes(text)
+        json::from_bytes(context, text)
     };
     match sent {
         BodyFormat::Json => read(body),

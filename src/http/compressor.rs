@@ -12,6 +12,7 @@ use zstd::zstd_safe::{CParameter, ParamSwitch};
 use crate::api::chunks::Chunks;
 use crate::api::memory::{Memory, Reservation};
 use crate::api::problem::Problem;
+use crate::core::context::Context;
 use crate::http::call::failed;
 use crate::http::coding::Coding;
 use crate::http::pool::{Failure, Pool};
@@ -69,8 +70,8 @@ impl Packer {
     ///
     /// # Errors
     /// Nobody waits any more.
-    pub fn pack(&mut self, part: Chunks) -> Result<Chunks, Problem> {
-        self.feed(part, Then::More)
+    pub fn pack(&mut self, context: &Context, part: Chunks) -> Result<Chunks, Problem> {
+        self.feed(context, part, Then::More)
     }
 
     /// What ends the text.
@@ -81,7 +82,7 @@ impl Packer {
         self.put(&[], Some(Then::End))
     }
 
-    fn feed(&mut self, text: Chunks, then: Then) -> Result<Chunks, Problem> {
+    fn feed(&mut self, context: &Context, text: Chunks, then: Then) -> Result<Chunks, Problem> {
         text.packed(|chunk, is_last| {
             context.checkpoint()?;
             // Writing to memory does not fail.
@@ -135,12 +136,12 @@ impl Packing {
     ///
     /// # Errors
     /// Nobody waits any more.
-    pub fn pack(&self, text: Chunks) -> Result<Chunks, Problem> {
+    pub fn pack(&self, context: &Context, text: Chunks) -> Result<Chunks, Problem> {
         if !worth_it(&text) {
             return Ok(text);
         }
         match Packer::new(self.coding, Some(text.len()), &self.service.memory) {
-            Some(mut packer) => packer.feed(text, Then::End),
+            Some(mut packer) => packer.feed(context, text, Then::End),
             None => Ok(text),
         }
     }
@@ -154,7 +155,7 @@ impl Packing {
             return Ok(text);
         }
         let (service, deadline) = (self.service.clone(), self.deadline);
-        match hand_over(&service.pool, deadline, text, move |text| self.pack(text)).await {
+        match hand_over(&service.pool, deadline, text, move |context, text| self.pack(context, text)).await {
             Ok(packed) => packed,
             Err(Refused::Full(text)) => Ok(text),
             Err(Refused::Failed(failure)) => Err(failed(&service, failure)),
@@ -182,12 +183,12 @@ pub async fn hand_over<T: Send + 'static, R: Send + 'static>(
     pool: &Pool,
     deadline: Instant,
     value: T,
-    job: impl FnOnce(T) -> R + Send + 'static,
+    job: impl FnOnce(&Context, T) -> R + Send + 'static,
 ) -> Result<R, Refused<T>> {
     let held = Arc::new(Mutex::new(Some(value)));
     let take = |held: &Mutex<Option<T>>| held.lock().unwrap_or_else(PoisonError::into_inner).take();
     let taken = held.clone();
-    match pool.run(deadline, move || take(&taken).map(job)).await {
+    match pool.run(deadline, move |context| take(&taken).map(|value| job(context, value))).await {
         Ok(Some(done)) => Ok(done),
         Err(Failure::Full) => Err(take(&held).map_or(Refused::Failed(Failure::Full), Refused::Full)),
         Ok(None) => Err(Refused::Failed(Failure::Panicked)),
@@ -211,7 +212,7 @@ mod tests {
     }
 
     fn chunks(text: &[u8], budget: &Arc<dyn Memory>) -> Chunks {
-        let mut buffer = Buffer::new(budget);
+        let mut buffer = Buffer::new(&Context::default(), budget);
         text.chunks(1_000).for_each(|piece| buffer.write_all(piece).unwrap());
         buffer.finish()
     }
@@ -231,7 +232,7 @@ mod tests {
     }
 
     fn whole(coding: Coding, text: &[u8], budget: &Arc<dyn Memory>) -> Chunks {
-        Packer::new(coding, Some(text.len() as u64), budget).unwrap().feed(chunks(text, budget), Then::End).unwrap()
+        Packer::new(coding, Some(text.len() as u64), budget).unwrap().feed(&Context::default(), chunks(text, budget), Then::End).unwrap()
     }
 
     #[test]
@@ -254,7 +255,7 @@ mod tests {
             let (mut packer, mut packed, mut text) = (Packer::new(coding, None, &budget).unwrap(), Vec::new(), Vec::new());
             for count in [1, 20_000, 3] {
                 let part = numbers(count);
-                packed.extend(packer.pack(chunks(&part, &budget)).unwrap().concat());
+                packed.extend(packer.pack(&Context::default(), chunks(&part, &budget)).unwrap().concat());
                 text.extend(part);
                 assert!(readable(coding, &packed) == text, "{coding:?} {count}");
             }
@@ -295,7 +296,7 @@ mod tests {
         let (text, cancel) = (numbers(1_000), Cancellation::default());
         cancel.cancel();
         let mut packer = Packer::new(Coding::Zstd, None, &budget).unwrap();
-        assert!(work::run(&cancel, || packer.pack(chunks(&text, &budget))).is_err());
+        assert!(packer.pack(&Context::until(&cancel), chunks(&text, &budget)).is_err());
     }
 
     #[test]

@@ -7,6 +7,7 @@ use axum::response::{IntoResponse, Response};
 
 use crate::api::operations::render;
 use crate::api::problem::Problem;
+use crate::core::context::Context;
 use crate::draw::escape;
 use crate::http::body::Json;
 use crate::http::negotiate;
@@ -36,7 +37,8 @@ const INITIALIZER: &str = include_str!("page/swagger-initializer.js");
 static FIRST: LazyLock<String> = LazyLock::new(|| {
     let [call, drawn] = [include_str!("../../openapi/examples/evaluate-cheng-figure-3.json"), render::EXAMPLES[0].body].map(str::trim);
     // Without its picture the page says the same.
-    let picture = serde_json::from_str(drawn).ok().and_then(|request| render::operation(request).ok()).unwrap_or_default();
+    let picture =
+        serde_json::from_str(drawn).ok().and_then(|request| render::operation(&Context::default(), request).ok()).unwrap_or_default();
     let body = format!(
         "<h1>Springline</h1>
 <p>Curves with shape parameters, over HTTP: curves a designer can bend without moving a control point.</p>

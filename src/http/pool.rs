@@ -10,12 +10,15 @@ use tokio::time::{Instant, timeout_at};
 use super::queue::Queue;
 use crate::api::cost::Cost;
 use crate::core::cancellation::Cancellation;
+use crate::core::context::Context;
+use crate::core::limits::Limits;
 use crate::http::metrics::{Because, Metrics, Reason};
 
 /// Threads for computations, and the queue before them.
 #[derive(Debug)]
 pub struct Pool {
     threads: rayon::ThreadPool,
+    limits: Limits,
     line: Arc<Line>,
 }
 
@@ -106,10 +109,21 @@ impl Pool {
     ///
     /// # Errors
     /// The system has no threads to give.
-    pub fn start(workers: usize, queue: usize, patience: Duration, metrics: Arc<Metrics>) -> Result<Self, rayon::ThreadPoolBuildError> {
+    pub fn start(
+        workers: usize,
+        queue: usize,
+        patience: Duration,
+        limits: Limits,
+        metrics: Arc<Metrics>,
+    ) -> Result<Self, rayon::ThreadPoolBuildError> {
         let threads = rayon::ThreadPoolBuilder::new().num_threads(workers).thread_name(|i| format!("compute-{i}")).build()?;
         let queue = Mutex::new(Queue::new(threads.current_num_threads(), queue, patience));
-        Ok(Pool { threads, line: Arc::new(Line { queue, begun: std::time::Instant::now(), metrics }) })
+        Ok(Pool { threads, limits, line: Arc::new(Line { queue, begun: std::time::Instant::now(), metrics }) })
+    }
+
+    /// What a computation on this thread is held to: the limits, and nothing ends it.
+    pub fn context(&self) -> Context {
+        Context::within(self.limits)
     }
 
     /// How many computations run at once.
@@ -141,7 +155,7 @@ impl Pool {
     ///
     /// # Errors
     /// As [`Pool::compute`].
-    pub async fn run<T: Send + 'static>(&self, deadline: Instant, job: impl FnOnce() -> T + Send + 'static) -> Result<T, Failure> {
+    pub async fn run<T: Send + 'static>(&self, deadline: Instant, job: impl FnOnce(&Context) -> T + Send + 'static) -> Result<T, Failure> {
         self.compute(Cost::other(), deadline, job).await
     }
 
@@ -153,13 +167,13 @@ impl Pool {
         &self,
         cost: Cost,
         deadline: Instant,
-        job: impl FnOnce() -> T + Send + 'static,
+        job: impl FnOnce(&Context) -> T + Send + 'static,
     ) -> Result<T, Failure> {
         let cancel = Cancellation::default();
         let (send, receive) = oneshot::channel();
-        let inner = cancel.clone();
+        let context = Context { limits: self.limits, cancellation: cancel.clone() };
         let task = Task(Box::new(move |done| {
-            let result = catch_unwind(AssertUnwindSafe(|| work::run(&inner, job)));
+            let result = catch_unwind(AssertUnwindSafe(|| job(&context)));
             done();
             // Nobody listens if the client has left.
             let _ = send.send(result);
@@ -186,7 +200,7 @@ mod tests {
     use super::*;
 
     fn pool(workers: usize, queue: usize) -> Pool {
-        Pool::start(workers, queue, Duration::from_secs(60), Arc::default()).unwrap()
+        Pool::start(workers, queue, Duration::from_secs(60), Limits::default(), Arc::default()).unwrap()
     }
 
     fn in_an_hour() -> Instant {
@@ -194,9 +208,9 @@ mod tests {
     }
 
     /// Runs until it is cancelled; says that it has started.
-    fn endless() -> (oneshot::Receiver<()>, impl FnOnce() + Send) {
+    fn endless() -> (oneshot::Receiver<()>, impl FnOnce(&Context) + Send) {
         let (says, started) = oneshot::channel();
-        let job = move || {
+        let job = move |context: &Context| {
             says.send(()).unwrap();
             while context.checkpoint().is_ok() {
                 std::thread::yield_now();
@@ -220,7 +234,7 @@ mod tests {
         assert_eq!(pool.run(in_an_hour(), job).await, Err(Failure::Deadline));
         until_free(&pool).await;
         time::resume();
-        assert_eq!(pool.run(in_an_hour(), || 7).await, Ok(7));
+        assert_eq!(pool.run(in_an_hour(), |_| 7).await, Ok(7));
     }
 
     #[tokio::test]
@@ -242,11 +256,11 @@ mod tests {
         let running = tokio::spawn(async move { first.run(in_an_hour(), job).await });
         started.await.unwrap();
         let second = pool.clone();
-        let waiting = tokio::spawn(async move { second.run(in_an_hour(), || 2).await });
+        let waiting = tokio::spawn(async move { second.run(in_an_hour(), |_| 2).await });
         while pool.has_room(&Cost::other()) {
             yield_now().await;
         }
-        assert_eq!(pool.run(in_an_hour(), || 3).await, Err(Failure::Full));
+        assert_eq!(pool.run(in_an_hour(), |_| 3).await, Err(Failure::Full));
         running.abort();
         assert_eq!(waiting.await.unwrap(), Ok(2));
     }
@@ -254,8 +268,8 @@ mod tests {
     #[tokio::test]
     async fn a_panic_is_a_failure_and_costs_no_thread() {
         let pool = pool(1, 0);
-        assert_eq!(pool.run(in_an_hour(), || panic!("on purpose")).await, Err::<(), _>(Failure::Panicked));
+        assert_eq!(pool.run(in_an_hour(), |_| panic!("on purpose")).await, Err::<(), _>(Failure::Panicked));
         until_free(&pool).await;
-        assert_eq!(pool.run(in_an_hour(), || 7).await, Ok(7));
+        assert_eq!(pool.run(in_an_hour(), |_| 7).await, Ok(7));
     }
 }

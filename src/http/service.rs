@@ -54,8 +54,9 @@ impl Service {
     pub fn start(config: &Config) -> Result<Arc<Self>, String> {
         let metrics = Arc::new(Metrics::default());
         let budget = Budget::new(config.memory.0, metrics.clone());
+        let limits = config.limits().checked().map_err(|error| error.to_string())?;
         let patience = config.deadline.0 * config.queue_share / 100;
-        let pool = Pool::start(config.worker_count(), config.queue, patience, metrics.clone());
+        let pool = Pool::start(config.worker_count(), config.queue, patience, limits, metrics.clone());
         Ok(Arc::new(Service {
             pool: pool.map_err(|error| format!("cannot start the compute threads: {error}"))?,
             memory: budget.clone(),

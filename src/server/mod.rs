@@ -56,7 +56,6 @@ impl Server {
     pub async fn bind(config: Config) -> Result<Self, String> {
         // As many files as the system allows: each connection is one.
         let _ = rlimit::increase_nofile_limit(u64::MAX);
-        crate::core::limits::lower(config.limits()).map_err(|error| error.to_string())?;
         let service = Service::start(&config)?;
         let tls = tls::acceptor(&config)?;
         let origins = origins(&config.cors_origins)?;

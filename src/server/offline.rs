@@ -13,6 +13,7 @@ use crate::api::memory::{self, Memory};
 use crate::api::operations::Answer;
 use crate::api::output::Format;
 use crate::api::problem::{Problem, Status};
+use crate::core::context::Context;
 use crate::core::limits;
 
 /// Bytes read at once, at most.
@@ -46,8 +47,8 @@ pub fn operation(answer: Answer, format: Format, input: impl Read) -> Result<Chu
         return Err(too_large("request").into());
     }
     check_depth(&body, MAX_DEPTH)?;
-    let mut buffer = Buffer::new(&memory::unlimited());
-    answer(&body, format, &mut buffer)?;
+    let mut buffer = Buffer::new(&Context::default(), &memory::unlimited());
+    answer(&Context::default(), &body, format, &mut buffer)?;
     Ok(buffer.finish())
 }
 
@@ -135,7 +136,8 @@ fn read(mut input: impl Read, format: Format, parts: &SyncSender<io::Result<Unde
 fn compute(part: &Part, refusal: Option<Problem>, format: Format, budget: &Arc<dyn Memory>) -> (Chunks, Tally) {
     let answered = match refusal {
         Some(problem) => Err(problem),
-        None => catch_unwind(AssertUnwindSafe(|| part.tell(format, MAX_DEPTH, budget))).unwrap_or_else(|_| Err(Problem::internal())),
+        None => catch_unwind(AssertUnwindSafe(|| part.tell(&Context::default(), format, MAX_DEPTH, budget)))
+            .unwrap_or_else(|_| Err(Problem::internal())),
     };
     answered.unwrap_or_else(|problem| {
         let lines = part.lines();

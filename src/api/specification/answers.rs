@@ -1,8 +1,8 @@
 //! Examples of answers: what the operations answer to the examples of requests.
 
-use crate::core::context::Context;
 use crate::api::operations::TABLE;
 use crate::api::problem::Status;
+use crate::core::context::Context;
 use serde_json::{Value, json};
 use utoipa::openapi::example::ExampleBuilder;
 use utoipa::openapi::{Content, OpenApi, RefOr};

@@ -1,8 +1,8 @@
 //! Bases and shape matrices on the wire.
 
-use crate::core::context::Context;
 use crate::api::wire::field::{Whole, need, number, whole};
 use crate::core::basis as core;
+use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, both, every};
 use crate::core::limits;
 
@@ -115,7 +115,9 @@ impl Basis {
                 }
             }),
             BasisFamily::AlphaBeta => core::Basis::AlphaBeta(core::AlphaBeta::new(need(self.alpha, "alpha")?, need(self.beta, "beta")?)?),
-            BasisFamily::Quasi => core::Basis::Quasi(core::Quasi::new(context, need(self.shape, "shape")?.parse().at("shape")?).at("shape")?),
+            BasisFamily::Quasi => {
+                core::Basis::Quasi(core::Quasi::new(context, need(self.shape, "shape")?.parse().at("shape")?).at("shape")?)
+            }
         })
     }
 }

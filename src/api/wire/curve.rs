@@ -1,10 +1,10 @@
 //! Curves on the wire.
 
-use crate::core::context::Context;
 use crate::api::wire::basis::{Basis, BasisFamily, Shape, li_beta, parse_list};
 use crate::api::wire::field::{Whole, need, number, part, whole};
 use crate::api::wire::points::Points;
 use crate::core::basis;
+use crate::core::context::Context;
 use crate::core::curve as core;
 use crate::core::error::{At, Error, Fault, both, every, increasing};
 use crate::core::knots::Breaks;

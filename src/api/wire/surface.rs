@@ -2,10 +2,10 @@
 
 use utoipa::openapi::schema::ArrayBuilder;
 
-use crate::core::context::Context;
 use crate::api::wire::basis::Basis;
 use crate::api::wire::field::{Tuple, list, part};
 use crate::api::wire::points::{Points, space_list};
+use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, both, every};
 use crate::core::limits;
 use crate::core::point::Point;

@@ -15,10 +15,10 @@ pub use bezier::Bezier;
 pub use quasi::{Quasi, Shape};
 pub use shape_matrix::{Properties, ShapeMatrix};
 
-use crate::core::context::Context;
 use super::curve::within_degrees;
 use super::error::Fault;
 use super::limits;
+use crate::core::context::Context;
 
 /// What a family of curves is: how its shape parameters make the shape matrix.
 trait Family {

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::core::context::Context;
 use super::{Family, ShapeMatrix};
+use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, at_least, at_most, every};
 use crate::core::limits;
 

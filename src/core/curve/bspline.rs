@@ -1,9 +1,9 @@
 //! B-spline curves.
 
-use crate::core::context::Context;
 use super::composite::Composite;
 use super::{valid_points, within_degrees};
 use crate::core::bezier_form::difference;
+use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault};
 use crate::core::knots::{Breaks, KnotVector};
 use crate::core::limits;

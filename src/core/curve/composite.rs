@@ -1,8 +1,8 @@
 //! The common ground of all curves: polynomial segments in Bezier form, end to end.
 
-use crate::core::context::Context;
 use super::BSpline;
 use crate::core::bezier_form::{binomials, elevate, hodograph, horner, scaled, unit_of};
+use crate::core::context::Context;
 use crate::core::error::{Error, Fault};
 use crate::core::gaps::derivative_size;
 use crate::core::knots::Breaks;
@@ -72,7 +72,11 @@ impl<const D: usize> Composite<D> {
     ///
     /// # Errors
     /// [`Fault::Cancelled`].
-    pub fn from_segments<'a>(context: &Context, breaks: Breaks, segments: impl Iterator<Item = Segment<'a, D>> + Clone) -> Result<Self, Error> {
+    pub fn from_segments<'a>(
+        context: &Context,
+        breaks: Breaks,
+        segments: impl Iterator<Item = Segment<'a, D>> + Clone,
+    ) -> Result<Self, Error> {
         let degree = segments.clone().map(|segment| segment.points.len()).max().unwrap_or(1) - 1;
         let mut composite = Composite::with_room(breaks, degree);
         let mut pace = context.pace();
@@ -305,7 +309,12 @@ impl<const D: usize> Evaluator<'_, D> {
 const FEW: usize = 16;
 
 /// The composite of one segment over `[0, length]`, its Bezier points from an origin.
-pub(crate) fn single_segment<const D: usize>(context: &Context, length: f64, origin: Point<D>, bezier: Vec<Point<D>>) -> Result<Composite<D>, Error> {
+pub(crate) fn single_segment<const D: usize>(
+    context: &Context,
+    length: f64,
+    origin: Point<D>,
+    bezier: Vec<Point<D>>,
+) -> Result<Composite<D>, Error> {
     let degree = bezier.len() - 1;
     let mut composite = Composite::with_room(Breaks::new(context, vec![0.0, length])?, degree);
     composite.push(origin, &bezier);

@@ -13,11 +13,11 @@ pub use single::Single;
 
 use bytemuck::TransparentWrapper;
 
-use crate::core::context::Context;
 use super::error::{Error, Fault, at_least, at_most};
 use super::lanes::are_finite;
 use super::limits;
 use super::point::Point;
+use crate::core::context::Context;
 
 /// Any curve.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,10 +1,10 @@
 //! Segments joined end to end, sharing a control point at each joint.
 
-use crate::core::context::Context;
 use super::composite::Composite;
 use super::{valid_points, within_degrees};
 use crate::core::basis::{Basis, ShapeMatrix, WayBack};
 use crate::core::bezier_form::elevate;
+use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::knots::Breaks;
 use crate::core::limits;
@@ -73,7 +73,11 @@ impl Bases {
     }
 
     /// What `make` gives for the basis of each segment in turn, computed once where neighbours share it.
-    pub(crate) fn map<T>(&self, context: &Context, mut make: impl FnMut(usize, &Basis) -> Result<T, Error>) -> Result<PerSegment<T>, Error> {
+    pub(crate) fn map<T>(
+        &self,
+        context: &Context,
+        mut make: impl FnMut(usize, &Basis) -> Result<T, Error>,
+    ) -> Result<PerSegment<T>, Error> {
         let bases = self.as_slice();
         let (mut made, mut index) = (Vec::new(), Vec::with_capacity(bases.len()));
         for (i, basis) in bases.iter().enumerate() {
@@ -145,7 +149,13 @@ impl<const D: usize> Piecewise<D> {
     ///
     /// # Errors
     /// At `bases`: a basis without a way back from Bezier points (see [`Basis::way_back`]).
-    pub fn from_composite(context: &Context, bases: Bases, order: usize, composite: &Composite<D>, closed: bool) -> Result<(Self, f64), Error> {
+    pub fn from_composite(
+        context: &Context,
+        bases: Bases,
+        order: usize,
+        composite: &Composite<D>,
+        closed: bool,
+    ) -> Result<(Self, f64), Error> {
         bases.check_count(composite.breaks().segments()).at("bases")?;
         let count = composite.breaks().segments() * order + 1;
         at_most("control points", count, context.limits.control_points, "Take the curve in parts").at("control_points")?;
@@ -155,7 +165,8 @@ impl<const D: usize> Piecewise<D> {
 
     /// The same where the ways back are known.
     pub(crate) fn by_ways(
-        context: &Context, bases: Bases,
+        context: &Context,
+        bases: Bases,
         ways: &PerSegment<WayBack>,
         order: usize,
         composite: &Composite<D>,

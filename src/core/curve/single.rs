@@ -1,9 +1,9 @@
 //! One segment of one family.
 
-use crate::core::context::Context;
 use super::composite::{Composite, single_segment};
 use super::valid_points;
 use crate::core::basis::Basis;
+use crate::core::context::Context;
 use crate::core::error::{At, Error, at_most};
 use crate::core::limits;
 use crate::core::local::{localized, placed};
@@ -24,8 +24,7 @@ impl<const D: usize> Single<D> {
     /// At `control_points`: fewer than 2, more than the basis or the limit allows, not finite.
     pub fn new(context: &Context, basis: Basis, points: Vec<Point<D>>) -> Result<Self, Error> {
         valid_points(context, &points, 2).at("control_points")?;
-        at_most("control points", points.len(), context.limits.degree + 1, "Use several segments of lower degree")
-            .at("control_points")?;
+        at_most("control points", points.len(), context.limits.degree + 1, "Use several segments of lower degree").at("control_points")?;
         basis.degree(context, points.len() - 1).at("control_points")?;
         Ok(Single { basis, points })
     }

@@ -1,12 +1,12 @@
 //! The shape of a Beta-Bezier curve.
 
-use crate::core::context::Context;
 use super::data::Data;
 use super::freedom::Freedom;
 use super::reduced::{Reduced, inner, length};
 use super::shape::{no_influence, rounding};
 use super::{Solved, Solver};
 use crate::core::basis::{Basis, Beta};
+use crate::core::context::Context;
 use crate::core::curve::Single;
 use crate::core::error::Error;
 use crate::core::point::Point;

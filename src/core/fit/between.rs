@@ -1,10 +1,10 @@
 //! How far a curve is from the polyline of the points.
 
 use super::chord::{CLOSE, Chord, part};
+use crate::core::context::{Context, Pace};
 use crate::core::curve::Composite;
 use crate::core::error::Error;
 use crate::core::point::Point;
-use crate::core::context::{Context, Pace};
 
 /// The largest distance of a curve from the polyline of the points, section by section: the stretch of the curve
 /// between the parameters of two neighbouring points against the straight segment between these two, whatever is
@@ -14,7 +14,12 @@ use crate::core::context::{Context, Pace};
 /// Exact to 1e-9 of its value. Most stretches are settled by a bound: the distances of their ends, and what a
 /// second derivative bounded by `m` allows between ends `h` apart, `m h^2 / 8`; the others by bisection on the
 /// bounds that Bezier points give. O(points * degree), and O(degree^2) for a stretch that is bisected.
-pub(super) fn between<const D: usize>(context: &Context, curve: &Composite<D>, points: &[Point<D>], parameters: &[f64]) -> Result<f64, Error> {
+pub(super) fn between<const D: usize>(
+    context: &Context,
+    curve: &Composite<D>,
+    points: &[Point<D>],
+    parameters: &[f64],
+) -> Result<f64, Error> {
     let sections = Sections::new(context, curve, points, parameters)?;
     let mut pace = context.pace();
     let mut largest = sections.ends.iter().flatten().fold(0.0f64, |largest, &d| largest.max(d));

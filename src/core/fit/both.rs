@@ -1,6 +1,5 @@
 //! Control points and shape matrix in turn.
 
-use crate::core::context::Context;
 use super::data::Data;
 use super::freedom::Freedom;
 use super::parameters::distinct;
@@ -10,6 +9,7 @@ use super::shape::check_degree;
 use super::unsolved::Unsolved;
 use super::{Ends, Family, Solved, Solver};
 use crate::core::basis::ShapeMatrix;
+use crate::core::context::Context;
 use crate::core::curve::{Single, within_degrees};
 use crate::core::error::{At, Error, Fault};
 use crate::core::point::{Point, magnitude};
@@ -84,7 +84,8 @@ impl<const D: usize> Solver<D> for Both {
         if let Some((start, end)) = data.fixed_ends() {
             (points[0], points[self.order]) = (start, end);
         }
-        let curve = Single::new(context, quasi_basis(context, &best.matrix)?, points).map_err(|error| Error::from(error.fault).at("points"))?;
+        let curve =
+            Single::new(context, quasi_basis(context, &best.matrix)?, points).map_err(|error| Error::from(error.fault).at("points"))?;
         Ok(Solved { curve, iterations, converged, at_bound: false })
     }
 

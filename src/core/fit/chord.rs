@@ -1,9 +1,9 @@
 //! How far a piece of a curve is from the straight segment between two points.
 
 use crate::core::bezier_form::split;
+use crate::core::context::Pace;
 use crate::core::error::Error;
 use crate::core::point::{Point, is_safe};
-use crate::core::context::Pace;
 
 /// A bound this close, relative to the distance found, counts as reached.
 pub(super) const CLOSE: f64 = 1e-9;

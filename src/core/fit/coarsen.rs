@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::core::context::Context;
 use super::local::Local;
 use super::problem::Problem;
 use super::spline::Spline;
+use crate::core::context::Context;
 use crate::core::error::Error;
 
 /// Trials of many joints at once.

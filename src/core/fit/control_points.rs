@@ -1,12 +1,12 @@
 //! The control points of one segment of a known basis.
 
-use crate::core::context::Context;
 use super::data::Data;
 use super::freedom::Freedom;
 use super::parameters::distinct;
 use super::reduced::{blocks, deficiency, solve_for_control_points};
 use super::{Ends, Solved, Solver};
 use crate::core::basis::{Basis, Bezier, ShapeMatrix};
+use crate::core::context::Context;
 use crate::core::curve::Single;
 use crate::core::error::{At, Error, Fault};
 use crate::core::point::Point;

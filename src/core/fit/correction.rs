@@ -3,12 +3,12 @@
 //! Total least squares (Borges and Pastva 2002, CAGD 19), with [`descents`](super::descent) from several
 //! starts, always the same, as there are many local minima.
 
-use crate::core::context::Context;
 use super::data::Data;
 use super::descent::{Descent, Search, State};
 use super::feet::feet;
 use super::starts::{Warp, alternated, hops, warps};
 use super::{Fit, Parameters, Solved, Solver};
+use crate::core::context::Context;
 use crate::core::error::Error;
 
 /// Points that are enough to tell starts apart, and so many more for each control point.
@@ -26,7 +26,8 @@ const WORTHWHILE: f64 = 1e-3;
 
 /// The best of the minima that the starts lead to: never worse than the first fit.
 pub(super) fn correct<const D: usize>(
-    context: &Context, first: Solved<D>,
+    context: &Context,
+    first: Solved<D>,
     parameters: Vec<f64>,
     solver: &dyn Solver<D>,
     data: &Data<D>,
@@ -67,7 +68,13 @@ fn in_turn<const D: usize>(context: &Context, search: &Search<D>, first: State<D
 }
 
 /// With many points: a few of them show the best start for all.
-fn beyond<const D: usize>(context: &Context, search: &Search<D>, first: State<D>, rule: &Parameters, enough: usize) -> Result<Descent<D>, Error> {
+fn beyond<const D: usize>(
+    context: &Context,
+    search: &Search<D>,
+    first: State<D>,
+    rule: &Parameters,
+    enough: usize,
+) -> Result<Descent<D>, Error> {
     let (few, chosen) = search.data().thinned(enough);
     let known = &first.parameters;
     let parameters: Vec<f64> = chosen.iter().map(|&i| known[i]).collect();
@@ -124,7 +131,8 @@ fn hopped<const D: usize>(context: &Context, search: &Search<D>, mut best: Desce
 
 /// From parameters that are best for a curve with one control point less.
 fn from_lower<const D: usize>(
-    context: &Context, search: &Search<D>,
+    context: &Context,
+    search: &Search<D>,
     lower: &dyn Solver<D>,
     mut best: Descent<D>,
     given: &[f64],

@@ -1,7 +1,7 @@
 //! The points to fit, checked.
 
-use crate::core::context::Context;
 use super::Ends;
+use crate::core::context::Context;
 use crate::core::curve::finite_points;
 use crate::core::error::{At, Error, Fault, at_least, at_most, every};
 use crate::core::limits;

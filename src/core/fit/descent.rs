@@ -5,13 +5,13 @@
 //! is tried with the curve solved anew for the parameters it leads to: variable projection (Golub and
 //! Pereyra 1973).
 
-use crate::core::context::Context;
 use super::data::Data;
 use super::freedom::Freedom;
 use super::newton::{At, Matrix, Space, Step};
 use super::offsets::Scene;
 use super::{CORRECTION_ROUNDS, STATIONARY, Solved, Solver};
 use crate::core::basis::{Basis, Bezier};
+use crate::core::context::Context;
 use crate::core::curve::Single;
 use crate::core::error::Error;
 use crate::core::point::{Point, magnitude};
@@ -215,7 +215,13 @@ fn damped(damping: f64, gain: f64) -> f64 {
 }
 
 /// The step of the first matrix that is positive definite.
-fn first_step<const D: usize>(context: &Context, at: &At<D>, space: &Space<D>, matrices: &[Matrix], damping: f64) -> Result<Option<Step<D>>, Error> {
+fn first_step<const D: usize>(
+    context: &Context,
+    at: &At<D>,
+    space: &Space<D>,
+    matrices: &[Matrix],
+    damping: f64,
+) -> Result<Option<Step<D>>, Error> {
     for &matrix in matrices {
         let sums = at.sums(context, space, matrix, damping)?;
         if let Some(step) = at.step(context, space, &sums, matrix, damping, 0.0)? {

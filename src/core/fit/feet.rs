@@ -2,9 +2,9 @@
 //!
 //! Hoschek 1988, "Intrinsic parametrization for approximation", CAGD 5.
 
-use crate::core::context::Context;
 use super::Ends;
 use super::data::Data;
+use crate::core::context::Context;
 use crate::core::curve::{Composite, Evaluator};
 use crate::core::error::Error;
 use crate::core::point::Point;

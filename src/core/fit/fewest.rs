@@ -1,10 +1,10 @@
 //! The fewest segments that were found to hold.
 
-use crate::core::context::Context;
 use super::coarsen;
 use super::problem::Problem;
 use super::spacing::Spacing;
 use super::spline::Spline;
+use crate::core::context::Context;
 use crate::core::error::Error;
 
 /// Rounds of moving joints.
@@ -46,7 +46,12 @@ fn is_better<const D: usize>(spline: &Spline<D>, other: &Spline<D>) -> bool {
 }
 
 /// A better spline with joints spread by a rule: their number is doubled until the spline holds, then bisected.
-fn spread<const D: usize>(context: &Context, problem: &Problem<D>, spacing: &Spacing, best: &Spline<D>) -> Result<Option<Spline<D>>, Error> {
+fn spread<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+    spacing: &Spacing,
+    best: &Spline<D>,
+) -> Result<Option<Spline<D>>, Error> {
     if best.segments() == 1 {
         return Ok(None);
     }

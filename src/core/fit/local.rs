@@ -1,9 +1,9 @@
 //! What taking out one joint does next to it.
 
-use crate::core::context::Context;
 use super::problem::Problem;
 use super::reduced::combine;
 use super::spline::{Spline, basis_values, clamped_knots, rows};
+use crate::core::context::Context;
 use crate::core::error::Error;
 use crate::core::least_squares::LeastSquares;
 use crate::core::point::Point;

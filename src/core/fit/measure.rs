@@ -32,7 +32,12 @@ impl FitError {
 }
 
 /// Evaluates the curve at each parameter. O(points * degree).
-pub(super) fn measure<const D: usize>(context: &Context, curve: &Curve<D>, points: &[Point<D>], parameters: &[f64]) -> Result<FitError, Error> {
+pub(super) fn measure<const D: usize>(
+    context: &Context,
+    curve: &Curve<D>,
+    points: &[Point<D>],
+    parameters: &[f64],
+) -> Result<FitError, Error> {
     let composite = curve.composite(context)?;
     let sampled = composite.evaluator(context)?.sample(context, parameters)?;
     let distances = context.collect(points.iter().zip(sampled).map(|(&p, q)| q.distance(p)))?;

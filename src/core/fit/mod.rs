@@ -40,11 +40,11 @@ mod unsolved;
 pub use measure::FitError;
 pub use parameters::Parameters;
 
-use crate::core::context::Context;
 use super::basis::Basis;
 use super::curve::{Curve, Single};
 use super::error::{At, Error, Fault};
 use super::point::Point;
+use crate::core::context::Context;
 use data::Data;
 use freedom::Freedom;
 

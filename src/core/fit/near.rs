@@ -3,11 +3,11 @@
 use super::between::second;
 use super::chord::{Chord, part};
 use super::ordered::Ordered;
+use crate::core::context::{Context, Pace};
 use crate::core::curve::Composite;
 use crate::core::error::Error;
 use crate::core::interpolate::{End, derivatives};
 use crate::core::point::Point;
-use crate::core::context::{Context, Pace};
 
 /// The part of a chord, or of a longer one next to it, that a stretch may ever be away from it.
 const BULGE: f64 = 0.5;
@@ -65,7 +65,14 @@ impl<const D: usize> Near<D> {
         Ok(self.beyond(context, &self.allowed, ordered, curve, true)?.is_empty())
     }
 
-    fn beyond(&self, context: &Context, allowed: &[f64], ordered: &Ordered<D>, curve: &Composite<D>, first: bool) -> Result<Vec<usize>, Error> {
+    fn beyond(
+        &self,
+        context: &Context,
+        allowed: &[f64],
+        ordered: &Ordered<D>,
+        curve: &Composite<D>,
+        first: bool,
+    ) -> Result<Vec<usize>, Error> {
         let breaks = curve.breaks().as_slice();
         let mut pace = context.pace();
         let (mut found, mut k, mut bend) = (Vec::new(), 0, second(curve, 0));

@@ -10,9 +10,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use crate::core::context::Context;
 use super::freedom::Freedom;
 use super::offsets::{Offsets, Scene, along, dot};
+use crate::core::context::Context;
 use crate::core::error::Error;
 use crate::core::householder::{Block, Column, dots};
 use crate::core::lanes::LANES;
@@ -188,7 +188,8 @@ impl<const D: usize> At<'_, D> {
     /// The step of these sums, with so much damping of the curve beside that of the parameters; none where
     /// their matrix is not positive definite.
     pub(super) fn step(
-        &self, context: &Context,
+        &self,
+        context: &Context,
         space: &Space<D>,
         sums: &Sums,
         matrix: Matrix,

@@ -1,10 +1,10 @@
 //! The offsets of a segment from points, and how they change with the parameters, in blocks.
 
-use crate::core::context::Context;
 use super::Ends;
 use super::data::Data;
 use super::quasi::centre;
 use crate::core::bezier_form::hodograph;
+use crate::core::context::Context;
 use crate::core::curve::Single;
 use crate::core::error::Error;
 use crate::core::householder::Column;

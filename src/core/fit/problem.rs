@@ -1,10 +1,10 @@
 //! What a tolerance fit has to hold.
 
-use crate::core::context::Context;
 use super::near::Near;
 use super::ordered::Ordered;
 use super::spline::Spline;
 use super::unsolved::Unsolved;
+use crate::core::context::Context;
 use crate::core::error::Error;
 
 /// Points to come close to, and to stay near in between.

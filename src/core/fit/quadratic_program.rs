@@ -3,8 +3,8 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
 
-use crate::core::context::Context;
 use super::combination::normalized;
+use crate::core::context::Context;
 use crate::core::point::Point;
 
 /// What the interior-point method is asked for; it stops earlier where it makes no more progress.
@@ -40,7 +40,11 @@ impl Entries {
 /// `Q_i = sum_j m_ij P_j`, to the accuracy of an interior-point method; `None` where it fails.
 ///
 /// Residuals are variables of their own, so that `R` is not squared. Coordinates are of size 1.
-pub(super) fn convex_rows<const D: usize>(context: &Context, equations: &[(Vec<f64>, Point<D>)], polygon: &[Point<D>]) -> Option<Vec<Vec<f64>>> {
+pub(super) fn convex_rows<const D: usize>(
+    context: &Context,
+    equations: &[(Vec<f64>, Point<D>)],
+    polygon: &[Point<D>],
+) -> Option<Vec<Vec<f64>>> {
     let count = equations.first()?.0.len();
     let vertices = polygon.len();
     let bezier = count * vertices;

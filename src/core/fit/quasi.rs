@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use crate::core::context::Context;
 use super::combination::nearest_combination;
 use super::data::Data;
 use super::freedom::Freedom;
@@ -13,6 +12,7 @@ use super::shape::no_influence;
 use super::unsolved::Unsolved;
 use super::{Ends, Solved, Solver};
 use crate::core::basis::{Basis, Quasi, Shape, ShapeMatrix};
+use crate::core::context::Context;
 use crate::core::curve::Single;
 use crate::core::error::{Error, Fault};
 use crate::core::least_squares::{Deficient, LeastSquares};
@@ -94,7 +94,8 @@ struct Program<const D: usize> {
 /// The shape matrix whose Bezier points `M P` are best; of those that give the same points, the one
 /// whose rows are nearest to those of degree elevation. Coordinates are counted from near the polygon.
 pub(super) fn best_matrix<const D: usize>(
-    context: &Context, reduced: &Reduced<D>,
+    context: &Context,
+    reduced: &Reduced<D>,
     polygon: &[Point<D>],
     degree: usize,
     ends: Ends,

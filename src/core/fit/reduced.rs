@@ -1,9 +1,9 @@
 //! Data as linear equations for the Bezier points of one segment.
 
-use crate::core::context::Context;
 use super::data::Data;
 use super::unsolved::Unsolved;
 use crate::core::basis::ShapeMatrix;
+use crate::core::context::Context;
 use crate::core::error::{Error, Fault};
 use crate::core::householder::Column;
 use crate::core::lanes::{LANES, bernstein};
@@ -108,7 +108,8 @@ pub(super) fn length<const D: usize>(a: &[Point<D>]) -> f64 {
 /// The control points that solve equations for the Bezier points `M P`; with `fixed` the first and
 /// the last control point are known.
 pub(super) fn solve_for_control_points<const D: usize>(
-    context: &Context, blocks: impl Iterator<Item = Block<D>>,
+    context: &Context,
+    blocks: impl Iterator<Item = Block<D>>,
     matrix: &ShapeMatrix,
     fixed: Option<(Point<D>, Point<D>)>,
 ) -> Result<Vec<Point<D>>, Unsolved> {

@@ -1,9 +1,9 @@
 //! More joints, until the tolerance holds.
 
-use crate::core::context::Context;
 use super::problem::Problem;
 use super::spline::Spline;
 use super::through::through;
+use crate::core::context::Context;
 use crate::core::error::{Error, Fault, at_most};
 use crate::core::limits;
 

@@ -1,12 +1,12 @@
 //! Shape parameters of a segment whose control polygon is given.
 
-use crate::core::context::Context;
 use super::alpha_beta::AlphaBetaShape;
 use super::beta::BetaShape;
 use super::data::Data;
 use super::quasi::QuasiShape;
 use super::{Family, Solver};
 use crate::core::basis::{AlphaBeta, Basis};
+use crate::core::context::Context;
 use crate::core::curve::{valid_points, within_degrees};
 use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::limits;
@@ -16,7 +16,12 @@ use crate::core::point::{Point, magnitude};
 ///
 /// # Errors
 /// At `solve/family`, `solve/degree`, `solve/control_points` or `ends`.
-pub(super) fn solver<const D: usize>(context: &Context, family: Family, polygon: Vec<Point<D>>, data: &Data<D>) -> Result<Box<dyn Solver<D>>, Error> {
+pub(super) fn solver<const D: usize>(
+    context: &Context,
+    family: Family,
+    polygon: Vec<Point<D>>,
+    data: &Data<D>,
+) -> Result<Box<dyn Solver<D>>, Error> {
     check_polygon(context, &polygon, data)?;
     Ok(match family {
         Family::Bezier => {

@@ -1,10 +1,10 @@
 //! C2 cubic splines, and how far each point is from them.
 
-use crate::core::context::Context;
 use super::data::Data;
 use super::ordered::Ordered;
 use super::reduced::combine;
 use super::unsolved::Unsolved;
+use crate::core::context::Context;
 use crate::core::curve::{BSpline, Composite};
 use crate::core::error::{Error, Fault};
 use crate::core::least_squares::{Deficient, LeastSquares};
@@ -132,7 +132,12 @@ pub(super) fn basis_values(knots: &[f64], t: f64) -> [f64; 4] {
 }
 
 /// The Bezier segments; a spline too large for a double counts as not determined.
-fn composite<const D: usize>(context: &Context, knots: Vec<f64>, coefficients: Vec<Point<D>>, columns: usize) -> Result<Composite<D>, Unsolved> {
+fn composite<const D: usize>(
+    context: &Context,
+    knots: Vec<f64>,
+    coefficients: Vec<Point<D>>,
+    columns: usize,
+) -> Result<Composite<D>, Unsolved> {
     let spline = BSpline::new(context, DEGREE, knots, coefficients, false);
     spline.and_then(|spline| spline.composite(context)).map_err(|error| match error.fault {
         Fault::Cancelled => Unsolved::Stopped(error),

@@ -1,8 +1,8 @@
 //! Parameters to start from.
 
-use crate::core::context::Context;
 use super::descent::{Search, State};
 use super::feet::feet;
+use crate::core::context::Context;
 use crate::core::error::Error;
 
 /// Rounds of feet and solves.

@@ -1,10 +1,10 @@
 //! Curves through the points, where nothing with fewer segments will do.
 
-use crate::core::context::Context;
 use super::ordered::Ordered;
 use super::problem::Problem;
 use super::spline::Spline;
 use crate::core::bezier_form::elevate;
+use crate::core::context::Context;
 use crate::core::curve::Composite;
 use crate::core::error::{At, Error};
 use crate::core::knots::Breaks;

@@ -1,6 +1,5 @@
 //! As few segments as a tolerance allows.
 
-use crate::core::context::Context;
 use super::Fit;
 use super::data::Data;
 use super::fewest::fewest;
@@ -11,6 +10,7 @@ use super::refine::refine;
 use super::spline::Spline;
 use super::through::lowest;
 use crate::core::basis::Basis;
+use crate::core::context::Context;
 use crate::core::curve::{Bases, Curve, Piecewise};
 use crate::core::error::{At, Error, Fault};
 use crate::core::point::magnitude;
@@ -24,7 +24,13 @@ const ROUNDINGS: f64 = 64.0;
 /// neighbouring places strays ([`Near`](super::near::Near)). Where `locally_minimal` is true, no single joint can be
 /// left out of it; with other joints altogether, fewer segments may still do. O(points) per trial, a bounded number
 /// of trials.
-pub(super) fn fit<const D: usize>(context: &Context, data: &Data<D>, parameters: Vec<f64>, basis: Basis, tolerance: f64) -> Result<Fit<D>, Error> {
+pub(super) fn fit<const D: usize>(
+    context: &Context,
+    data: &Data<D>,
+    parameters: Vec<f64>,
+    basis: Basis,
+    tolerance: f64,
+) -> Result<Fit<D>, Error> {
     let condition = basis.way_back(context, 3).at("basis").at("solve")?.condition;
     let target = reachable(data, tolerance, condition).at("solve")?;
     let problem = Problem::new(context, Ordered::new(data, &parameters), target)?;

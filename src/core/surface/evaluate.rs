@@ -1,7 +1,7 @@
 //! Points, partial derivatives, normals and curvatures of a surface.
 
-use crate::core::context::Context;
 use super::{Direction, Patch, Surface};
+use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, at_least, at_most, both, every};
 use crate::core::gaps::derivative_size;
 use crate::core::limits;
@@ -63,14 +63,19 @@ fn jets(patch: &Patch, orders: usize) -> Vec<Patch> {
 ///
 /// # Errors
 /// At `at`: counts below 2, parameters outside the domain, more samples than the limits. At `derivatives`: above 2.
-pub fn evaluate(context: &Context, surface: &Surface, places: &Places, orders: usize, wanted: SurfaceQuantities) -> Result<SurfaceSamples, Error> {
+pub fn evaluate(
+    context: &Context,
+    surface: &Surface,
+    places: &Places,
+    orders: usize,
+    wanted: SurfaceQuantities,
+) -> Result<SurfaceSamples, Error> {
     check_orders(orders).at("derivatives")?;
     places.check(context).at("at")?;
     let patch = surface.patch();
     let pairs = pairs(&patch, places).at("at")?;
     let asked = [1, 3, 6][orders] + usize::from(wanted.normal);
-    at_most("points and vectors in the answer", pairs.len() * asked, context.limits.answer_points, "Ask for fewer samples")
-        .at("at")?;
+    at_most("points and vectors in the answer", pairs.len() * asked, context.limits.answer_points, "Ask for fewer samples").at("at")?;
     let needed = match wanted {
         SurfaceQuantities { mean_curvature: true, .. } | SurfaceQuantities { gaussian_curvature: true, .. } => 2,
         SurfaceQuantities { normal: true, .. } => 1,

@@ -10,13 +10,13 @@ pub use patch::{Direction, Patch};
 pub use subdivide::{Piece, Pieces, subdivide};
 pub use tessellate::{Mesh, tessellate};
 
-use crate::core::context::Context;
 use super::basis::Basis;
 use super::curve::finite_points;
 use super::domain::Domain;
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::limits;
 use super::point::Point;
+use crate::core::context::Context;
 
 /// A control net with a basis for each direction. `u` runs along the columns of points (from row to row of the net), `v` along its
 /// rows; each over the native domain of its basis.

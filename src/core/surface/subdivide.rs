@@ -1,8 +1,8 @@
 //! Cutting a surface into patches that together are the same surface.
 
-use crate::core::context::Context;
 use super::{Direction, Patch, Surface};
 use crate::core::basis::{Basis, Bezier};
+use crate::core::context::Context;
 use crate::core::domain::Domain;
 use crate::core::error::{At, Error, Fault, at_most, both, increasing};
 use crate::core::limits;

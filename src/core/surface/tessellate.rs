@@ -1,8 +1,8 @@
 //! Triangles close to a surface.
 
-use crate::core::context::Context;
 use super::evaluate::spread;
 use super::{Direction, Patch, Surface};
+use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault};
 use crate::core::evaluate::check_tolerance;
 use crate::core::limits;

@@ -9,12 +9,12 @@ mod removal;
 mod smooth;
 mod spline;
 
-use crate::core::context::Context;
 use super::bezier_form::split;
 use super::curve::{BSpline, Composite, Curve, Segment};
 use super::error::{At, Error, Fault, at_most};
 use super::limits;
 use super::point::Point;
+use crate::core::context::Context;
 use smooth::Knot;
 use spline::Spline;
 
@@ -102,7 +102,8 @@ pub fn to_bspline<const D: usize>(context: &Context, curve: &Curve<D>, style: Kn
 
 /// The B-spline, and how far it may be from the curve.
 fn finished<const D: usize>(
-    context: &Context, spline: Spline<D>,
+    context: &Context,
+    spline: Spline<D>,
     closed: bool,
     composite: &Composite<D>,
     style: KnotStyle,

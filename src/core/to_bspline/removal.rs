@@ -1,8 +1,8 @@
 //! Taking knots out of a B-spline, one copy at a time.
 
-use crate::core::context::Context;
 use super::smooth::Knot;
 use super::spline::Spline;
+use crate::core::context::Context;
 use crate::core::error::Error;
 use crate::core::local::localized;
 use crate::core::point::Point;

@@ -1,7 +1,7 @@
 //! How smooth a B-spline is at a knot.
 
-use crate::core::context::Context;
 use super::spline::Spline;
+use crate::core::context::Context;
 use crate::core::error::Error;
 use crate::core::point::{Point, larger};
 
