@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 use springline::api::operations;
 use springline::core::basis::{Basis, Beta, Bezier};
 use springline::core::basis_functions::basis_functions;
+use springline::core::cancellation::Cancellation;
+use springline::core::context::Context;
 use springline::core::continuity::{Tolerance, continuity};
 use springline::core::convert::convert;
 use springline::core::curve::{BSpline, Bases, Composite, Curve, Piecewise, Single};
@@ -24,11 +26,10 @@ use springline::core::reshape::{Keep, reshape};
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::surface::{self, Places, Surface, SurfaceQuantities};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
-use springline::core::work::{self, Cancel};
 use springline::draw::{Curves, Mark, Picture, Show, draw};
 
 type P = Point<3>;
-type Run = Box<dyn Fn() -> Outcome>;
+type Run = Box<dyn Fn(&Context) -> Outcome>;
 
 /// What became of a computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,8 +56,8 @@ struct Case {
 }
 
 /// A computation whose result is not looked at.
-fn run<T>(computation: impl Fn() -> Result<T, Error> + 'static) -> Run {
-    Box::new(move || computation().into())
+fn run<T>(computation: impl Fn(&Context) -> Result<T, Error> + 'static) -> Run {
+    Box::new(move |context| computation(context).into())
 }
 
 // ---- inputs
@@ -91,11 +92,11 @@ fn bezier() -> Basis {
 }
 
 fn even(count: usize) -> Breaks {
-    Breaks::new((0..=count).map(|i| i as f64).collect()).unwrap()
+    Breaks::new(&Context::default(), (0..=count).map(|i| i as f64).collect()).unwrap()
 }
 
 fn piecewise(bases: Bases, order: usize, segments: usize) -> Curve<3> {
-    Curve::Piecewise(Piecewise::new(bases, order, even(segments), false, walk(segments * order + 1, 1e-3)).unwrap())
+    Curve::Piecewise(Piecewise::new(&Context::default(), bases, order, even(segments), false, walk(segments * order + 1, 1e-3)).unwrap())
 }
 
 /// As many segments of order 64 as a curve can have, and all of them different.
@@ -111,22 +112,22 @@ fn long() -> Curve<3> {
 
 fn bspline(degree: usize, spans: usize) -> Curve<3> {
     let knots = (0..=spans + 2 * degree).map(|i| i as f64).collect();
-    Curve::BSpline(BSpline::new(degree, knots, walk(spans + degree, 1e-3), false).unwrap())
+    Curve::BSpline(BSpline::new(&Context::default(), degree, knots, walk(spans + degree, 1e-3), false).unwrap())
 }
 
 fn single() -> Curve<3> {
-    Curve::Single(Single::new(beta(0), walk(65, 0.5)).unwrap())
+    Curve::Single(Single::new(&Context::default(), beta(0), walk(65, 0.5)).unwrap())
 }
 
 fn patch() -> Surface {
     let row = |i: usize| (0..65).map(|j| Point([i as f64, j as f64, 9.0 * number(65 * i + j)])).collect();
-    Surface::new(beta(0), beta(1), (0..65).map(row).collect()).unwrap()
+    Surface::new(&Context::default(), beta(0), beta(1), (0..65).map(row).collect()).unwrap()
 }
 
 fn fitting(points: Vec<P>, ends: Ends, parameter_correction: bool, solve: Solve<3>) -> Run {
-    run(move || {
+    run(move |context| {
         let options = Options { weights: None, parameters: Parameters::ChordLength, ends, parameter_correction, solve: solve.clone() };
-        fit(points.clone(), options)
+        fit(context, points.clone(), options)
     })
 }
 
@@ -142,17 +143,17 @@ fn picture(curves: Vec<Curve<3>>, surfaces: Vec<Surface>) -> Run {
         size: [4_000, 4_000],
         title: "All".into(),
     };
-    run(move || draw(&picture))
+    run(move |context| draw(context, &picture))
 }
 
 /// An operation as the service runs it, from the bytes of a request.
-fn request<Request, Answer>(body: String, operation: fn(Request) -> Result<Answer, Error>) -> Run
+fn request<Request, Answer>(body: String, operation: fn(&Context, Request) -> Result<Answer, Error>) -> Run
 where
     Request: springline::api::json::Request + 'static,
     Answer: 'static,
 {
-    Box::new(move || match springline::api::json::from_bytes(body.as_bytes()) {
-        Ok(request) => operation(request).into(),
+    Box::new(move |context| match springline::api::json::from_bytes(context, body.as_bytes()) {
+        Ok(request) => operation(context, request).into(),
         Err(problem) if problem.code() == "deadline" => Outcome::Cancelled,
         Err(_) => Outcome::Refused,
     })
@@ -170,28 +171,28 @@ const CASES: &[Case] = &[
         prepare: || {
             let all = Quantities { tangent: true, normal: true, curvature: true, torsion: true, speed: true };
             let curve = single();
-            run(move || evaluate(&curve, &Sampling::Count(200_000), 2, all))
+            run(move |context| evaluate(context, &curve, &Sampling::Count(200_000), 2, all))
         },
     },
     Case {
         name: "evaluate: B-spline of degree 64 with 100,000 spans, 8 derivatives",
         prepare: || {
             let curve = bspline(64, 100_000);
-            run(move || evaluate(&curve, &Sampling::Count(100_000), 8, Quantities::default()))
+            run(move |context| evaluate(context, &curve, &Sampling::Count(100_000), 8, Quantities::default()))
         },
     },
     Case {
         name: "evaluate: 6,249 bases of order 64",
         prepare: || {
             let curve = wide();
-            run(move || evaluate(&curve, &Sampling::Count(2), 0, Quantities::default()))
+            run(move |context| evaluate(context, &curve, &Sampling::Count(2), 0, Quantities::default()))
         },
     },
     Case {
         name: "evaluate: by tolerance",
         prepare: || {
             let curve = wide();
-            run(move || evaluate(&curve, &Sampling::Tolerance(1e-7), 0, Quantities::default()))
+            run(move |context| evaluate(context, &curve, &Sampling::Tolerance(1e-7), 0, Quantities::default()))
         },
     },
     Case {
@@ -199,42 +200,42 @@ const CASES: &[Case] = &[
         prepare: || {
             let curve = single();
             let cuts = Cuts::Parameters((1..99_999).map(|i| i as f64 / 1e5).collect());
-            run(move || subdivide(&curve, &cuts, Form::Auto))
+            run(move |context| subdivide(context, &curve, &cuts, Form::Auto))
         },
     },
     Case {
         name: "subdivide: to a depth, 96,000 pieces of degree 64",
         prepare: || {
             let curve = piecewise(Bases::Common(beta(0)), 64, 3_000);
-            run(move || subdivide(&curve, &Cuts::Depth(5), Form::Auto))
+            run(move |context| subdivide(context, &curve, &Cuts::Depth(5), Form::Auto))
         },
     },
     Case {
         name: "subdivide: to a flatness",
         prepare: || {
             let curve = wide();
-            run(move || subdivide(&curve, &Cuts::Flatness(1e-7), Form::Auto))
+            run(move |context| subdivide(context, &curve, &Cuts::Flatness(1e-7), Form::Auto))
         },
     },
     Case {
         name: "to-bspline: B-spline of degree 64 with 100,000 spans",
         prepare: || {
             let curve = bspline(64, 100_000);
-            run(move || to_bspline(&curve, KnotStyle::Clamped, 1e-9))
+            run(move |context| to_bspline(context, &curve, KnotStyle::Clamped, 1e-9))
         },
     },
     Case {
         name: "to-bspline: 6,000 segments of degree 64, all knots",
         prepare: || {
             let curve = piecewise(Bases::Common(bezier()), 64, 6_000);
-            run(move || to_bspline(&curve, KnotStyle::Clamped, 1e-9))
+            run(move |context| to_bspline(context, &curve, KnotStyle::Clamped, 1e-9))
         },
     },
     Case {
         name: "interpolate: 100,000 points, as many bases",
         prepare: || {
             let points = walk(100_000, 1e-3);
-            run(move || interpolate(&points, Shape::Closed, different(100_000), &Parameterization::ChordLength))
+            run(move |context| interpolate(context, &points, Shape::Closed, different(100_000), &Parameterization::ChordLength))
         },
     },
     Case {
@@ -242,7 +243,7 @@ const CASES: &[Case] = &[
         prepare: || {
             let points = walk(100_000, 1e-3);
             let shape = Shape::Open(End::NotAKnot, End::NotAKnot);
-            run(move || interpolate(&points, shape, Bases::Common(bezier()), &Parameterization::ChordLength))
+            run(move |context| interpolate(context, &points, shape, Bases::Common(bezier()), &Parameterization::ChordLength))
         },
     },
     Case {
@@ -282,58 +283,59 @@ const CASES: &[Case] = &[
         name: "reshape: 6,249 bases of order 64, nothing kept",
         prepare: || {
             let curve = piecewise(Bases::Common(bezier()), 64, 6_249);
-            run(move || reshape(&curve, different(6_249), Keep::Nothing))
+            run(move |context| reshape(context, &curve, different(6_249), Keep::Nothing))
         },
     },
     Case {
         name: "reshape: 6,249 bases of order 64, C1 kept",
         prepare: || {
-            let curve = convert(&bspline(3, 6_249), bezier(), Some(64)).unwrap().curve;
-            run(move || reshape(&curve, different(6_249), Keep::C1))
+            let curve = convert(&Context::default(), &bspline(3, 6_249), bezier(), Some(64)).unwrap().curve;
+            run(move |context| reshape(context, &curve, different(6_249), Keep::C1))
         },
     },
     Case {
         name: "reshape: 80,000 bases of order 4, C1 kept",
         prepare: || {
-            let curve = convert(&bspline(3, 80_000), bezier(), Some(4)).unwrap().curve;
-            run(move || reshape(&curve, different(80_000), Keep::C1))
+            let curve = convert(&Context::default(), &bspline(3, 80_000), bezier(), Some(4)).unwrap().curve;
+            run(move |context| reshape(context, &curve, different(80_000), Keep::C1))
         },
     },
     Case {
         name: "join: 1,000 curves of order 64, G2",
         prepare: || {
-            let curves: Vec<_> = (0..1_000).map(|i| Single::new(beta(i), walk(65, 0.1 + 1e-4 * i as f64)).unwrap()).collect();
-            run(move || join(curves.clone(), Smoothness::G2, Movable::Both))
+            let curves: Vec<_> =
+                (0..1_000).map(|i| Single::new(&Context::default(), beta(i), walk(65, 0.1 + 1e-4 * i as f64)).unwrap()).collect();
+            run(move |context| join(context, curves.clone(), Smoothness::G2, Movable::Both))
         },
     },
     Case {
         name: "convert: 100,000 cubics",
         prepare: || {
             let curve = long();
-            run(move || convert(&curve, beta(7), None))
+            run(move |context| convert(context, &curve, beta(7), None))
         },
     },
     Case {
         name: "convert: 6,249 cubics to order 64",
         prepare: || {
             let curve = piecewise(Bases::Common(bezier()), 3, 6_249);
-            run(move || convert(&curve, beta(7), Some(64)))
+            run(move |context| convert(context, &curve, beta(7), Some(64)))
         },
     },
     Case {
         name: "continuity: 100,000 joints of degree 64",
         prepare: || {
-            let composite: Composite<3> = bspline(64, 100_000).composite().unwrap();
-            run(move || continuity(&composite, false, Tolerance::default()))
+            let composite: Composite<3> = bspline(64, 100_000).composite(&Context::default()).unwrap();
+            run(move |context| continuity(context, &composite, false, Tolerance::default()))
         },
     },
-    Case { name: "basis functions: 15,000 samples of order 64", prepare: || run(|| basis_functions(&beta(0), 64, 15_384)) },
+    Case { name: "basis functions: 15,000 samples of order 64", prepare: || run(|context| basis_functions(context, &beta(0), 64, 15_384)) },
     Case {
         name: "surface evaluate: 400 x 400, second derivatives",
         prepare: || {
             let surface = patch();
             let all = SurfaceQuantities { normal: true, mean_curvature: true, gaussian_curvature: true };
-            run(move || surface::evaluate(&surface, &Places::Grid(378, 377), 2, all))
+            run(move |context| surface::evaluate(context, &surface, &Places::Grid(378, 377), 2, all))
         },
     },
     Case {
@@ -341,16 +343,16 @@ const CASES: &[Case] = &[
         prepare: || {
             let surface = patch();
             let cuts = |count: usize| (1..count).map(|i| i as f64 / count as f64).collect::<Vec<_>>();
-            run(move || surface::subdivide(&surface, &cuts(10), &cuts(9), Form::Auto))
+            run(move |context| surface::subdivide(context, &surface, &cuts(10), &cuts(9), Form::Auto))
         },
     },
     Case {
         name: "surface subdivide: 99,000 pieces of degree 1",
         prepare: || {
             let net = [[0.0, 1.0], [2.0, 5.0]].map(|row| row.map(|z| Point([z, z * z, 1.0])).to_vec()).to_vec();
-            let surface = Surface::new(bezier(), bezier(), net).unwrap();
+            let surface = Surface::new(&Context::default(), bezier(), bezier(), net).unwrap();
             let cuts = |count: usize| (1..count).map(|i| i as f64 / count as f64).collect::<Vec<_>>();
-            run(move || surface::subdivide(&surface, &cuts(330), &cuts(300), Form::Auto))
+            run(move |context| surface::subdivide(context, &surface, &cuts(330), &cuts(300), Form::Auto))
         },
     },
     Case {
@@ -359,8 +361,8 @@ const CASES: &[Case] = &[
             let surface = patch();
             // Vertices are in inverse proportion to the tolerance.
             let coarse = 1e3;
-            let tolerance = coarse * surface::tessellate(&surface, coarse).unwrap().points.len() as f64 / 190_000.0;
-            run(move || surface::tessellate(&surface, tolerance))
+            let tolerance = coarse * surface::tessellate(&Context::default(), &surface, coarse).unwrap().points.len() as f64 / 190_000.0;
+            run(move |context| surface::tessellate(context, &surface, tolerance))
         },
     },
     Case {
@@ -418,9 +420,9 @@ struct Counted {
 fn cancelled_at(case: &Run, checkpoint: usize) -> Counted {
     let passages = Arc::new(Mutex::new(Passages { passed: 0, last: Instant::now(), longest: Duration::ZERO, told: None }));
     let watched = passages.clone();
-    let cancel = Cancel::when(move || watched.lock().unwrap().pass(checkpoint));
+    let context = Context::until(&Cancellation::when(move || watched.lock().unwrap().pass(checkpoint)));
     let started = Instant::now();
-    let outcome = work::run(&cancel, case);
+    let outcome = case(&context);
     let mut passages = passages.lock().unwrap();
     let passed = passages.passed;
     passages.pass(checkpoint);

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use springline::core::basis::{Basis, Bezier};
+use springline::core::context::Context;
 use springline::core::curve::Curve;
 use springline::core::fit::{Ends, Family, Fit, Options, Parameters, STATIONARY, Solve, fit};
 use springline::core::point::Point;
@@ -153,7 +154,7 @@ fn no_dense_solver_finds_better() {
     for (name, points) in data() {
         for order in 3..=7 {
             for ends in [Ends::Interpolate, Ends::Free] {
-                let [plain, best] = [false, true].map(|on| fit(points.clone(), options(order, ends, on)).unwrap());
+                let [plain, best] = [false, true].map(|on| fit(&Context::default(), points.clone(), options(order, ends, on)).unwrap());
                 let dense = Dense { points: &points, order, ends };
                 let from_start = dense.descend(plain.parameters.clone(), polygon(&plain).to_vec());
                 let from_best = dense.descend(best.parameters.clone(), polygon(&best).to_vec());
@@ -171,8 +172,8 @@ fn no_dense_solver_finds_better() {
 fn feet_and_solves_in_turn_find_no_better() {
     for (name, points) in data() {
         for order in [3, 5] {
-            let best = fit(points.clone(), options(order, Ends::Interpolate, true)).unwrap();
-            let mut turn = fit(points.clone(), options(order, Ends::Interpolate, false)).unwrap();
+            let best = fit(&Context::default(), points.clone(), options(order, Ends::Interpolate, true)).unwrap();
+            let mut turn = fit(&Context::default(), points.clone(), options(order, Ends::Interpolate, false)).unwrap();
             for _ in 0..60 {
                 let q = polygon(&turn).to_vec();
                 let at = |t: f64| bernstein(order, t).iter().zip(&q).fold(Point::ZERO, |sum, (&b, &p)| sum + p * b);
@@ -190,7 +191,7 @@ fn feet_and_solves_in_turn_find_no_better() {
                 let mut t: Vec<f64> = turn.parameters.iter().zip(&points).map(foot).collect();
                 (t[0], t[points.len() - 1]) = (0.0, 1.0);
                 let given = Options { parameters: Parameters::Values(t), ..options(order, Ends::Interpolate, false) };
-                let Ok(next) = fit(points.clone(), given) else { break };
+                let Ok(next) = fit(&Context::default(), points.clone(), given) else { break };
                 turn = next;
                 assert!(best.error.rms <= turn.error.rms * (1.0 + 1e-9), "{name}, order {order}");
             }
@@ -202,7 +203,7 @@ fn feet_and_solves_in_turn_find_no_better() {
 fn squares(points: &[P], weights: &[f64], parameters: &[f64], order: usize, ends: Ends) -> f64 {
     let given =
         Options { weights: Some(weights.to_vec()), parameters: Parameters::Values(parameters.to_vec()), ..options(order, ends, false) };
-    let fit = fit(points.to_vec(), given).unwrap();
+    let fit = fit(&Context::default(), points.to_vec(), given).unwrap();
     let q = polygon(&fit);
     let off = |(&t, &p): (&f64, &P)| {
         let at = bernstein(order, t).iter().zip(q).fold(Point::ZERO, |sum, (&b, &q)| sum + q * b);
@@ -218,7 +219,7 @@ fn a_converged_fit_is_stationary_by_differences() {
         for ends in [Ends::Interpolate, Ends::Free] {
             let weights: Vec<f64> = (0..points.len()).map(|i| 1.5 + number(i)).collect();
             let weighted = Options { weights: Some(weights.clone()), ..options(4, ends, true) };
-            let best = fit(points.clone(), weighted).unwrap();
+            let best = fit(&Context::default(), points.clone(), weighted).unwrap();
             assert_eq!(best.converged, best.gradient <= best.gradient_tolerance, "{name}");
             assert!(best.parameters.iter().all(|t| (0.0..=1.0).contains(t)), "{name}");
             assert_eq!(best.ordered, best.parameters.is_sorted(), "{name}");
@@ -260,7 +261,7 @@ fn a_curve_sampled_at_unknown_parameters_comes_back() {
     for order in 2..=6 {
         for ends in [Ends::Interpolate, Ends::Free] {
             let (points, u) = hidden(order, 40 * order, 50, 0.0);
-            let best = fit(points.clone(), options(order, ends, true)).unwrap();
+            let best = fit(&Context::default(), points.clone(), options(order, ends, true)).unwrap();
             assert!(best.error.max < 1e-8 && best.ordered, "{order} {ends:?}: {:?}", best.error);
             // At order 6 other parameters bring a curve as near as rounding tells.
             if ends == Ends::Interpolate && order < 6 {
@@ -276,8 +277,8 @@ fn noise_is_fitted_no_worse_than_by_the_hidden_curve() {
     for order in 3..=6 {
         let (points, u) = hidden(order, 9 * order, 60, 0.01);
         let known = Options { parameters: Parameters::Values(u), ..options(order, Ends::Interpolate, false) };
-        let known = fit(points.clone(), known).unwrap();
-        let best = fit(points, options(order, Ends::Interpolate, true)).unwrap();
+        let known = fit(&Context::default(), points.clone(), known).unwrap();
+        let best = fit(&Context::default(), points, options(order, Ends::Interpolate, true)).unwrap();
         assert!(best.error.rms < known.error.rms, "{order}: {:?} {:?}", best.error, known.error);
     }
 }
@@ -285,7 +286,7 @@ fn noise_is_fitted_no_worse_than_by_the_hidden_curve() {
 /// This airfoil stopped at 100 rounds with several times the distance it can have.
 #[test]
 fn an_airfoil_ends_at_its_minimum() {
-    let best = fit(naca(4, 4, 12, 81), options(5, Ends::Interpolate, true)).unwrap();
+    let best = fit(&Context::default(), naca(4, 4, 12, 81), options(5, Ends::Interpolate, true)).unwrap();
     assert!(best.converged && best.ordered, "{:?}", best.gradient);
     assert!(best.gradient_tolerance == Some(STATIONARY));
     assert!(best.error.rms < 4e-4, "{:?}", best.error);
@@ -294,10 +295,10 @@ fn an_airfoil_ends_at_its_minimum() {
 #[test]
 fn the_unit_and_the_place_of_the_data_do_not_matter() {
     let points = naca(2, 4, 12, 41);
-    let reference = fit(points.clone(), options(4, Ends::Interpolate, true)).unwrap();
+    let reference = fit(&Context::default(), points.clone(), options(4, Ends::Interpolate, true)).unwrap();
     for (scale, shift) in [(2f64.powi(400), 0.0), (2f64.powi(-400), 0.0), (1.0, 1024.0)] {
         let moved = points.iter().map(|&p| p * scale + Point([shift, -shift])).collect();
-        let best = fit(moved, options(4, Ends::Interpolate, true)).unwrap();
+        let best = fit(&Context::default(), moved, options(4, Ends::Interpolate, true)).unwrap();
         assert!((best.error.rms / scale / reference.error.rms - 1.0).abs() < 1e-6, "{scale:e} {shift}: {:?}", best.error);
         assert!(best.converged, "{scale:e} {shift}: {:?}", best.gradient);
     }
@@ -305,8 +306,8 @@ fn the_unit_and_the_place_of_the_data_do_not_matter() {
 
 #[test]
 fn many_points_take_the_start_that_few_of_them_show() {
-    let few = fit(naca(4, 4, 12, 81), options(5, Ends::Interpolate, true)).unwrap();
-    let many = fit(naca(4, 4, 12, 4_001), options(5, Ends::Interpolate, true)).unwrap();
+    let few = fit(&Context::default(), naca(4, 4, 12, 81), options(5, Ends::Interpolate, true)).unwrap();
+    let many = fit(&Context::default(), naca(4, 4, 12, 4_001), options(5, Ends::Interpolate, true)).unwrap();
     assert!(many.converged && many.ordered);
     assert!((many.error.rms / few.error.rms - 1.0).abs() < 0.1, "{:?} {:?}", many.error, few.error);
 }
@@ -323,7 +324,7 @@ fn shapes_are_found_with_their_parameters() {
             let points: Vec<_> = u.enumerate().map(|(i, t)| at(t) + noise(i)).collect();
             let run = |parameter_correction| {
                 let solve = Solve::Shape { family, control_points: control_points.clone() };
-                fit(points.clone(), Options { ends, solve, ..options(3, ends, parameter_correction) }).unwrap()
+                fit(&Context::default(), points.clone(), Options { ends, solve, ..options(3, ends, parameter_correction) }).unwrap()
             };
             let (plain, best) = (run(false), run(true));
             assert!(best.error.rms < plain.error.rms, "{family:?} {ends:?}: {:?} {:?}", plain.error, best.error);
@@ -341,7 +342,7 @@ fn an_order_that_is_broken_is_said() {
     let mut values: Vec<f64> = (0..10).map(|i| f64::from(i) / 9.0).collect();
     values.swap(4, 5);
     let given = Options { parameters: Parameters::Values(values), ..options(3, Ends::Free, false) };
-    assert!(!fit(points.clone(), given).unwrap().ordered);
-    let plain = fit(points, options(3, Ends::Free, false)).unwrap();
+    assert!(!fit(&Context::default(), points.clone(), given).unwrap().ordered);
+    let plain = fit(&Context::default(), points, options(3, Ends::Free, false)).unwrap();
     assert!(plain.ordered && plain.gradient.is_none() && plain.gradient_tolerance.is_none());
 }

@@ -6,6 +6,7 @@ use laws::{any, apart, curves_apart, jets, law, single};
 use proptest::collection::vec;
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, Shape as QuasiShape, ShapeMatrix};
 use springline::core::bezier_form::split;
+use springline::core::context::Context;
 use springline::core::continuity::{Class, Report, Tolerance, continuity};
 use springline::core::curve::{Bases, Curve, Piecewise};
 use springline::core::error::Fault;
@@ -25,11 +26,11 @@ fn alpha_beta(alpha: f64, beta: f64) -> Basis {
 }
 
 fn quasi(rows: Vec<Vec<f64>>) -> Basis {
-    Basis::Quasi(Quasi::new(QuasiShape::Matrix { rows }).unwrap())
+    Basis::Quasi(Quasi::new(&Context::default(), QuasiShape::Matrix { rows }).unwrap())
 }
 
 fn closed_through(points: &[Point<2>], bases: Bases) -> Interpolant<2> {
-    interpolate(points, Shape::Closed, bases, &Parameterization::Uniform).unwrap()
+    interpolate(&Context::default(), points, Shape::Closed, bases, &Parameterization::Uniform).unwrap()
 }
 
 fn betas() -> impl proptest::strategy::Strategy<Value = Vec<f64>> {
@@ -77,7 +78,7 @@ fn the_c2_interpolant_is_the_same_curve_for_every_beta() {
     law(60, (any::points::<2>(7), betas()), |(points, betas)| {
         let mixed = Bases::PerSegment(betas.iter().map(|&b| beta(b)).collect());
         let all = [Bases::Common(Basis::Bezier(Bezier)), Bases::Common(beta(betas[0])), mixed];
-        let curves = all.map(|bases| interpolate(&points, ends, bases, &Parameterization::ChordLength).unwrap().curve);
+        let curves = all.map(|bases| interpolate(&Context::default(), &points, ends, bases, &Parameterization::ChordLength).unwrap().curve);
         let [reference, global, mixed] = curves.map(Curve::Piecewise);
         let size = laws::size(&reference);
         assert!(curves_apart(&reference, &global) < 1e-13 * size && curves_apart(&reference, &mixed) < 1e-13 * size);
@@ -91,8 +92,8 @@ fn the_c2_interpolant_is_the_same_curve_for_every_beta() {
 fn reshaped(points: &[Point<2>], from: Basis, to: impl Fn(usize) -> Basis) -> Report {
     let curve = closed_through(points, Bases::Common(from)).curve;
     let bases = Bases::PerSegment((0..points.len()).map(to).collect());
-    let other = Piecewise::new(bases, 3, curve.breaks().clone(), true, curve.control_points().to_vec()).unwrap();
-    continuity(&other.composite().unwrap(), true, Tolerance::default()).unwrap()
+    let other = Piecewise::new(&Context::default(), bases, 3, curve.breaks().clone(), true, curve.control_points().to_vec()).unwrap();
+    continuity(&Context::default(), &other.composite(&Context::default()).unwrap(), true, Tolerance::default()).unwrap()
 }
 
 #[test]
@@ -157,7 +158,7 @@ fn the_halves_of_section_4_are_bezier_curves() {
     law(60, (any::points::<2>(4), 0.2..4.0), |(points, b)| {
         let matrix = beta(b).shape_matrix(3);
         let curve = single(beta(b), points.clone());
-        let cut = |form| subdivide(&curve, &Cuts::Parameters(vec![0.5]), form).unwrap().curve;
+        let cut = |form| subdivide(&Context::default(), &curve, &Cuts::Parameters(vec![0.5]), form).unwrap().curve;
         let (left, right) = split(&matrix.apply(&points), 0.5);
         let (bezier, family) = (cut(Form::Bezier), cut(Form::Family));
         assert!(apart(bezier.polygon(0), &left) < 1e-14 * 10.0 && apart(bezier.polygon(1), &right) < 1e-13);
@@ -186,8 +187,8 @@ fn condition_numbers_are_as_stated() {
 
 #[test]
 fn a_basis_worse_than_1e8_is_refused_with_its_condition_number() {
-    assert!(matches!(beta(100.0).way_back(5), Err(Fault::IllConditioned { condition }) if condition > 1e9));
-    assert!(beta(10.0).way_back(5).is_ok() && beta(1.0).way_back(10).is_ok());
+    assert!(matches!(beta(100.0).way_back(&Context::default(), 5), Err(Fault::IllConditioned { condition }) if condition > 1e9));
+    assert!(beta(10.0).way_back(&Context::default(), 5).is_ok() && beta(1.0).way_back(&Context::default(), 10).is_ok());
 }
 
 #[test]
@@ -195,7 +196,7 @@ fn equation_26_gives_the_uniform_control_points() {
     law(60, (any::points::<2>(4), 0.0..5.0), |(p, b)| {
         let q = beta(b).shape_matrix(3).apply(&p);
         let expected = [p[0] * 6.0 - q[1] * 7.0 + q[2] * 2.0, q[1] * 2.0 - q[2], q[2] * 2.0 - q[1], p[3] * 6.0 - q[2] * 7.0 + q[1] * 2.0];
-        let spline = to_bspline(&single(beta(b), p), KnotStyle::Uniform, CONTINUITY_TOLERANCE).unwrap().curve;
+        let spline = to_bspline(&Context::default(), &single(beta(b), p), KnotStyle::Uniform, CONTINUITY_TOLERANCE).unwrap().curve;
         assert!(apart(spline.control_points(), &expected) < 1e-12);
         assert_eq!(spline.knots().as_slice(), [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0]);
     });
@@ -204,13 +205,14 @@ fn equation_26_gives_the_uniform_control_points() {
 #[test]
 fn yang_and_zeng_is_a_quasi_bezier_basis() {
     let lambdas = [0.5, -0.2, 0.2, -0.5];
-    let matrix = Basis::Quasi(Quasi::new(QuasiShape::Elevation { lambdas: lambdas.to_vec() }).unwrap()).shape_matrix(4);
+    let matrix =
+        Basis::Quasi(Quasi::new(&Context::default(), QuasiShape::Elevation { lambdas: lambdas.to_vec() }).unwrap()).shape_matrix(4);
     assert_eq!((matrix.degree(), matrix.order()), (5, 4));
     for (i, lambda) in (1..=4).zip(lambdas) {
         assert!((matrix.row(i)[i - 1] - (i as f64 - lambda) / 5.0).abs() < 1e-16);
     }
     assert!(matrix.properties().symmetric);
-    let straight = Basis::Quasi(Quasi::new(QuasiShape::Elevation { lambdas: vec![0.0; 4] }).unwrap()).shape_matrix(4);
+    let straight = Basis::Quasi(Quasi::new(&Context::default(), QuasiShape::Elevation { lambdas: vec![0.0; 4] }).unwrap()).shape_matrix(4);
     assert!(straight.rows().flatten().zip(ShapeMatrix::elevation(5, 4).rows().flatten()).all(|(a, b)| (a - b).abs() < 1e-15));
 }
 
@@ -218,7 +220,7 @@ fn yang_and_zeng_is_a_quasi_bezier_basis() {
 fn wu(l: f64, order: usize) -> ShapeMatrix {
     let first = (1.0 - l) / 3.0;
     let seed = vec![vec![1.0, 0.0, 0.0], vec![first, 1.0 - first, 0.0], vec![0.0, 1.0 - first, first], vec![0.0, 0.0, 1.0]];
-    Basis::Quasi(Quasi::new(QuasiShape::Recursive { seed }).unwrap()).shape_matrix(order)
+    Basis::Quasi(Quasi::new(&Context::default(), QuasiShape::Recursive { seed }).unwrap()).shape_matrix(order)
 }
 
 #[test]
@@ -243,7 +245,7 @@ fn wu_is_a_quasi_bezier_basis_by_equation_36() {
 
 #[test]
 fn the_middle_row_of_an_even_degree_is_not_free() {
-    let symmetric = |rows: Vec<Vec<f64>>| Quasi::new(QuasiShape::Symmetric { degree: 4, upper_rows: rows });
+    let symmetric = |rows: Vec<Vec<f64>>| Quasi::new(&Context::default(), QuasiShape::Symmetric { degree: 4, upper_rows: rows });
     let (first, mirrored) = (vec![0.25, 0.75, 0.0], vec![0.25, 0.5, 0.25]);
     assert!(symmetric(vec![first.clone(), mirrored.clone()]).is_ok());
     let lopsided = symmetric(vec![first.clone(), vec![0.3, 0.5, 0.2]]).unwrap_err();
@@ -256,6 +258,6 @@ fn the_middle_row_of_an_even_degree_is_not_free() {
 fn equation_29_does_not_imply_full_rank() {
     // Symmetric, non-negative, row sums 1, tangent at the ends: and yet nothing depends on the middle control point.
     let upper_rows = vec![vec![0.25, 0.75, 0.0, 0.0, 0.0], vec![0.25, 0.25, 0.0, 0.25, 0.25]];
-    let error = Quasi::new(QuasiShape::Symmetric { degree: 4, upper_rows }).unwrap_err();
+    let error = Quasi::new(&Context::default(), QuasiShape::Symmetric { degree: 4, upper_rows }).unwrap_err();
     assert_eq!(error.fault, Fault::ShapeRank { rank: 4, columns: 5 });
 }

@@ -8,6 +8,7 @@ mod laws;
 use laws::{cases, numbers, parse};
 use serde_json::Value;
 use springline::api::wire::Dimensioned;
+use springline::core::context::Context;
 use springline::core::continuity::{Tolerance, continuity};
 use springline::core::curve::Curve;
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
@@ -33,7 +34,7 @@ fn measure<const D: usize>(curve: &Curve<D>, case: &Value, errors: &mut Errors) 
     let samples = case["samples"].as_array().unwrap();
     let parameters: Vec<f64> = samples.iter().map(|sample| sample["parameter"].as_f64().unwrap()).collect();
     let quantities = Quantities { speed: true, curvature: true, torsion: D == 3, ..Quantities::default() };
-    let found = evaluate(curve, &Sampling::Parameters(parameters), 3, quantities).unwrap();
+    let found = evaluate(&Context::default(), curve, &Sampling::Parameters(parameters), 3, quantities).unwrap();
     for (i, sample) in samples.iter().enumerate() {
         let (expected, scales) = (jet::<D>(sample), numbers(&sample["scales"]));
         errors.note(0, found.points[i].distance(expected[0]), scales[0] + expected[0].norm() * f64::EPSILON / 1e-14);
@@ -97,9 +98,9 @@ fn derivatives_do_not_depend_on_the_place() {
     let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.5, 2.0, 4.0, 4.0, 4.0, 4.0];
     let at = |place: f64| {
         let points = (0..7).map(|i| Point([place + f64::from(i * 3 % 5) / 1024.0, place - f64::from(i * i % 7) / 1024.0])).collect();
-        let curve = springline::core::curve::BSpline::new(3, knots.clone(), points, false).unwrap();
+        let curve = springline::core::curve::BSpline::new(&Context::default(), 3, knots.clone(), points, false).unwrap();
         let quantities = Quantities { speed: true, curvature: true, normal: true, ..Quantities::default() };
-        evaluate(&Curve::<2>::BSpline(curve), &Sampling::Count(50), 3, quantities).unwrap()
+        evaluate(&Context::default(), &Curve::<2>::BSpline(curve), &Sampling::Count(50), 3, quantities).unwrap()
     };
     let (near, far) = (at(1.0), at(1e6));
     assert_eq!(near.derivatives, far.derivatives);
@@ -123,8 +124,8 @@ fn jumps_are_measured_in_the_size_of_the_features() {
 
 /// The joints of a curve, with the largest first and second derivatives.
 fn report<const D: usize>(curve: &Curve<D>) -> (Vec<springline::core::continuity::Joint>, [f64; 2]) {
-    let composite = curve.composite().unwrap();
-    let first = composite.derivative().unwrap();
-    let sizes = [first.magnitude(), first.derivative().unwrap().magnitude()];
-    (continuity(&composite, false, Tolerance::default()).unwrap().joints, sizes)
+    let composite = curve.composite(&Context::default()).unwrap();
+    let first = composite.derivative(&Context::default()).unwrap();
+    let sizes = [first.magnitude(), first.derivative(&Context::default()).unwrap().magnitude()];
+    (continuity(&Context::default(), &composite, false, Tolerance::default()).unwrap().joints, sizes)
 }

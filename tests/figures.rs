@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use springline::api::operations::render::{RenderRequest, operation};
+use springline::core::context::Context;
 
 const FIGURES: [&str; 19] = [
     "chen-01", "chen-02", "chen-03", "chen-04", "chen-05", "chen-06", "cheng-03", "cheng-04", "cheng-09", "cheng-11", "cheng-12",
@@ -23,11 +24,11 @@ fn request(name: &str) -> String {
 
 fn draw(text: &str) -> String {
     let request: RenderRequest = serde_json::from_str(text).unwrap();
-    operation(request).unwrap()
+    operation(&Context::default(), request).unwrap()
 }
 
 fn refused(text: &str) -> String {
-    operation(serde_json::from_str(text).unwrap()).unwrap_err().to_string()
+    operation(&Context::default(), serde_json::from_str(text).unwrap()).unwrap_err().to_string()
 }
 
 /// Checks that tags nest and that text is escaped; returns the tags with their attributes.

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, Shape, ShapeMatrix};
+use springline::core::context::Context;
 use springline::core::curve::{Curve, Single};
 use springline::core::error::{Error, Fault};
 use springline::core::fit::{Ends, Family, Fit, Options, Parameters, Solve, fit};
@@ -25,13 +26,13 @@ fn steps(count: usize) -> Vec<f64> {
 }
 
 fn sample<const D: usize>(curve: &Curve<D>, parameters: &[f64]) -> Vec<Point<D>> {
-    let composite = curve.composite().unwrap();
-    let evaluator = composite.evaluator().unwrap();
+    let composite = curve.composite(&Context::default()).unwrap();
+    let evaluator = composite.evaluator(&Context::default()).unwrap();
     parameters.iter().map(|&t| evaluator.at(t)).collect()
 }
 
 fn segment(basis: Basis, points: &[P]) -> Curve<2> {
-    Curve::Single(Single::new(basis, points.to_vec()).unwrap())
+    Curve::Single(Single::new(&Context::default(), basis, points.to_vec()).unwrap())
 }
 
 fn single<const D: usize>(fit: &Fit<D>) -> &Single<D> {
@@ -66,7 +67,7 @@ fn beta(b: f64) -> Basis {
 }
 
 fn matrix_basis(rows: &[&[f64]]) -> Basis {
-    Basis::Quasi(Quasi::new(Shape::Matrix { rows: rows.iter().map(|r| r.to_vec()).collect() }).unwrap())
+    Basis::Quasi(Quasi::new(&Context::default(), Shape::Matrix { rows: rows.iter().map(|r| r.to_vec()).collect() }).unwrap())
 }
 
 mod vectors {
@@ -89,7 +90,7 @@ mod vectors {
                 let shape = &value["shape"];
                 let upper_rows = shape["upper_rows"].as_array().unwrap().iter().map(numbers).collect();
                 let degree = shape["degree"].as_u64().unwrap() as usize;
-                Basis::Quasi(Quasi::new(Shape::Symmetric { degree, upper_rows }).unwrap())
+                Basis::Quasi(Quasi::new(&Context::default(), Shape::Symmetric { degree, upper_rows }).unwrap())
             }
             other => panic!("{other}"),
         }
@@ -100,7 +101,7 @@ mod vectors {
         let ends = if case["ends"] == "free" { Ends::Free } else { Ends::Interpolate };
         let solve = Solve::ControlPoints { basis: basis(&case["basis"]), order: case["order"].as_u64().unwrap() as usize };
         let parameters = Parameters::Values(numbers(&case["parameters"]));
-        let fit = fit(points::<D>(&case["points"]), options(parameters, ends, solve)).unwrap();
+        let fit = fit(&Context::default(), points::<D>(&case["points"]), options(parameters, ends, solve)).unwrap();
         let expected = points::<D>(&case["control_points"]);
         let off = [
             distance(single(&fit).control_points(), &expected),
@@ -133,7 +134,9 @@ mod control_points {
             let parameters: Vec<f64> = steps(30).iter().map(|u| u * basis.length()).collect();
             for ends in [Ends::Free, Ends::Interpolate] {
                 let solve = Solve::ControlPoints { basis: basis.clone(), order: 3 };
-                let fit = fit(sample(&curve, &parameters), options(Parameters::Values(parameters.clone()), ends, solve)).unwrap();
+                let fit =
+                    fit(&Context::default(), sample(&curve, &parameters), options(Parameters::Values(parameters.clone()), ends, solve))
+                        .unwrap();
                 assert!(distance(single(&fit).control_points(), &cubic_points()) < 1e-12, "{}", basis.name());
                 assert!(fit.error.max < 1e-14 && fit.converged && fit.iterations == 1);
             }
@@ -148,11 +151,11 @@ mod control_points {
         let basis = beta(1.3);
         let solve = Solve::ControlPoints { basis: basis.clone(), order: 4 };
         let options = Options { weights: Some(weights.clone()), ..options(Parameters::ChordLength, Ends::Free, solve) };
-        let fit = fit(points.clone(), options).unwrap();
+        let fit = fit(&Context::default(), points.clone(), options).unwrap();
         let residuals: Vec<_> = sample(&fit.curve, &fit.parameters).into_iter().zip(&points).map(|(c, &p)| c - p).collect();
         for j in 0..=4 {
             let unit: Vec<_> = (0..=4).map(|i| Point([f64::from(i == j)])).collect();
-            let column = sample(&Curve::Single(Single::new(basis.clone(), unit).unwrap()), &fit.parameters);
+            let column = sample(&Curve::Single(Single::new(&Context::default(), basis.clone(), unit).unwrap()), &fit.parameters);
             let gradient = (0..50).fold(Point::ZERO, |sum, i| sum + residuals[i] * (weights[i] * column[i][0]));
             assert!(gradient.norm() < 1e-13, "column {j}: {gradient:?}");
         }
@@ -167,10 +170,10 @@ mod control_points {
         let values = steps(20);
         let weighted = Options { weights: Some(weights), ..options(Parameters::Values(values.clone()), Ends::Interpolate, solve()) };
         let repeated = options(Parameters::Values((0..20).flat_map(repeat).map(|i| values[i]).collect()), Ends::Interpolate, solve());
-        let a = fit(points.clone(), weighted).unwrap();
-        let b = fit((0..20).flat_map(repeat).map(|i| points[i]).collect(), repeated).unwrap();
+        let a = fit(&Context::default(), points.clone(), weighted).unwrap();
+        let b = fit(&Context::default(), (0..20).flat_map(repeat).map(|i| points[i]).collect(), repeated).unwrap();
         assert!(distance(single(&a).control_points(), single(&b).control_points()) < 1e-13);
-        let even = fit(points, options(Parameters::Values(values), Ends::Interpolate, solve())).unwrap();
+        let even = fit(&Context::default(), points, options(Parameters::Values(values), Ends::Interpolate, solve())).unwrap();
         assert!(distance(single(&a).control_points(), single(&even).control_points()) > 1e-4, "weights have an effect");
     }
 
@@ -181,7 +184,7 @@ mod control_points {
         for ends in [Ends::Free, Ends::Interpolate] {
             let run = |points: Vec<P>| {
                 let solve = Solve::ControlPoints { basis: beta(0.5), order: 4 };
-                fit(points, options(Parameters::Centripetal, ends, solve)).unwrap()
+                fit(&Context::default(), points, options(Parameters::Centripetal, ends, solve)).unwrap()
             };
             let back: Vec<_> = single(&run(reversed.clone())).control_points().iter().rev().copied().collect();
             assert!(distance(single(&run(points.clone())).control_points(), &back) < 1e-12);
@@ -192,7 +195,11 @@ mod control_points {
     fn deficiency_is_named() {
         let points = noisy_arc(6);
         let run = |basis, order, values: [f64; 6]| {
-            fit(points.clone(), options(Parameters::Values(values.to_vec()), Ends::Free, Solve::ControlPoints { basis, order }))
+            fit(
+                &Context::default(),
+                points.clone(),
+                options(Parameters::Values(values.to_vec()), Ends::Free, Solve::ControlPoints { basis, order }),
+            )
         };
         let bezier = Basis::Bezier(Bezier);
         rank_deficient(run(bezier.clone(), 3, [0.0, 0.0, 0.5, 0.5, 1.0, 1.0]), "/solve/order", "3 distinct parameters that bear on 4");
@@ -203,7 +210,8 @@ mod control_points {
 
     #[test]
     fn faults_have_places() {
-        let place = |points: usize, options: Options<2>| fit(noisy_arc(points), options).unwrap_err().place.to_string();
+        let place =
+            |points: usize, options: Options<2>| fit(&Context::default(), noisy_arc(points), options).unwrap_err().place.to_string();
         let solve = |order| Solve::ControlPoints { basis: Basis::Bezier(Bezier), order };
         let plain = |solve| options(Parameters::ChordLength, Ends::Interpolate, solve);
         let weighted = |weights: &[f64]| Options { weights: Some(weights.to_vec()), ..plain(solve(1)) };
@@ -218,14 +226,14 @@ mod control_points {
         assert_eq!(place(9, Options { parameter_correction: true, ..plain(tolerance) }), "/parameter_correction");
         let mut bad = noisy_arc(5);
         bad[3] = Point([f64::NAN, 0.0]);
-        assert_eq!(fit(bad, plain(solve(2))).unwrap_err().place.to_string(), "/points/3");
+        assert_eq!(fit(&Context::default(), bad, plain(solve(2))).unwrap_err().place.to_string(), "/points/3");
     }
 
     #[test]
     fn one_edge_between_fixed_ends_needs_no_solving() {
         let points = noisy_arc(4);
         let solve = Solve::ControlPoints { basis: Basis::Bezier(Bezier), order: 1 };
-        let fit = fit(points.clone(), options(Parameters::Uniform, Ends::Interpolate, solve)).unwrap();
+        let fit = fit(&Context::default(), points.clone(), options(Parameters::Uniform, Ends::Interpolate, solve)).unwrap();
         assert_eq!(single(&fit).control_points(), [points[0], points[3]]);
     }
 }
@@ -249,7 +257,7 @@ mod correction {
                 (1..24).for_each(|i| points[i] += Point([number(i), number(i + 99)]) * 0.01);
                 let run = |parameter_correction| {
                     let options = Options { parameter_correction, ..options(Parameters::Uniform, ends, solve()) };
-                    fit(points.clone(), options).unwrap()
+                    fit(&Context::default(), points.clone(), options).unwrap()
                 };
                 let (plain, corrected) = (run(false), run(true));
                 assert!(corrected.error.rms < 0.8 * plain.error.rms, "{k} {ends:?}: {:?} {:?}", plain.error, corrected.error);
@@ -268,7 +276,11 @@ mod shape {
 
     fn run(family: Family, polygon: &[P], points: Vec<P>, ends: Ends) -> Result<Fit<2>, Error> {
         let values = steps(points.len());
-        fit(points, options(Parameters::Values(values), ends, Solve::Shape { family, control_points: polygon.to_vec() }))
+        fit(
+            &Context::default(),
+            points,
+            options(Parameters::Values(values), ends, Solve::Shape { family, control_points: polygon.to_vec() }),
+        )
     }
 
     #[test]
@@ -366,9 +378,9 @@ mod shape {
     #[test]
     fn in_space_the_matrix_itself_is_recovered() {
         let polygon = [Point([0.0, 0.0, 0.0]), Point([1.0, 3.0, 1.0]), Point([4.0, 3.0, -1.0]), Point([5.0, -1.0, 2.0])];
-        let curve = Curve::Single(Single::new(quintic(), polygon.to_vec()).unwrap());
+        let curve = Curve::Single(Single::new(&Context::default(), quintic(), polygon.to_vec()).unwrap());
         let solve = Solve::Shape { family: Family::Quasi { degree: 5 }, control_points: polygon.to_vec() };
-        let fit = fit(sample(&curve, &steps(40)), options(Parameters::Uniform, Ends::Interpolate, solve)).unwrap();
+        let fit = fit(&Context::default(), sample(&curve, &steps(40)), options(Parameters::Uniform, Ends::Interpolate, solve)).unwrap();
         let (found, sought) = (single(&fit).basis().shape_matrix(3), quintic().shape_matrix(3));
         assert!((found.dense() - sought.dense()).amax() < 1e-10, "{found:?}");
     }
@@ -391,7 +403,7 @@ mod shape {
         let points = steps(30).iter().map(|&u| Point([1.5 * bernstein(u).0 + 0.5 * bernstein(u).1 + u * u * u])).collect();
         let products = steps(30).iter().map(|&u| bernstein(u)).fold((0.0, 0.0), |(ab, bb), (a, b)| (ab + a * b, bb + b * b));
         let solve = Solve::Shape { family: Family::Quasi { degree: 3 }, control_points: vec![Point([0.0]), Point([1.0])] };
-        let fit = fit(points, options(Parameters::Values(steps(30)), Ends::Interpolate, solve)).unwrap();
+        let fit = fit(&Context::default(), points, options(Parameters::Values(steps(30)), Ends::Interpolate, solve)).unwrap();
         let matrix = single(&fit).basis().shape_matrix(1);
         assert!((matrix.row(1)[1] - 1.0).abs() < 1e-13, "{matrix:?}");
         assert!((matrix.row(2)[1] - (0.5 + 0.5 * products.0 / products.1)).abs() < 1e-13, "{matrix:?}");
@@ -408,7 +420,7 @@ mod shape {
             fitted += 1;
             let matrix = single(&best).basis().shape_matrix(4);
             let rms = |m: ShapeMatrix| {
-                let curve = Curve::Single(Single::new(Basis::Bezier(Bezier), m.apply(&polygon)).unwrap());
+                let curve = Curve::Single(Single::new(&Context::default(), Basis::Bezier(Bezier), m.apply(&polygon)).unwrap());
                 let squares: f64 = sample(&curve, &steps(50)).iter().zip(&points).map(|(c, &p)| c.distance(p).powi(2)).sum();
                 (squares / 50.0).sqrt()
             };
@@ -430,7 +442,7 @@ mod both {
     use super::*;
 
     fn run(family: Family, points: Vec<P>, ends: Ends) -> Result<Fit<2>, Error> {
-        fit(points, options(Parameters::ChordLength, ends, Solve::Both { family, order: 3 }))
+        fit(&Context::default(), points, options(Parameters::ChordLength, ends, Solve::Both { family, order: 3 }))
     }
 
     #[test]
@@ -438,7 +450,7 @@ mod both {
         for ends in [Ends::Free, Ends::Interpolate] {
             let points: Vec<_> = (0..60).map(|i| i as f64 / 10.0).map(|t| Point([t, (2.0 * t).sin() + 0.3 * (5.0 * t).cos()])).collect();
             let cubic = Solve::ControlPoints { basis: Basis::Bezier(Bezier), order: 3 };
-            let alone = fit(points.clone(), options(Parameters::ChordLength, ends, cubic)).unwrap();
+            let alone = fit(&Context::default(), points.clone(), options(Parameters::ChordLength, ends, cubic)).unwrap();
             let both = run(Family::Quasi { degree: 6 }, points, ends).unwrap();
             println!("{ends:?}: {:e} to {:e} in {} rounds", alone.error.rms, both.error.rms, both.iterations);
             assert!(both.error.rms < 0.9 * alone.error.rms && both.iterations > 1);
@@ -450,7 +462,7 @@ mod both {
         let values = steps(40);
         let points = sample(&segment(Basis::Bezier(Bezier), &cubic_points()), &values);
         let solve = Solve::Both { family: Family::Quasi { degree: 5 }, order: 3 };
-        let fit = fit(points, options(Parameters::Values(values), Ends::Interpolate, solve)).unwrap();
+        let fit = fit(&Context::default(), points, options(Parameters::Values(values), Ends::Interpolate, solve)).unwrap();
         assert!(distance(single(&fit).control_points(), &cubic_points()) < 1e-12 && fit.error.max < 1e-13);
         assert!(single(&fit).basis().shape_matrix(3).properties().degenerates_to_bernstein);
     }
@@ -470,7 +482,7 @@ mod tolerance {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    use springline::core::work::{self, Cancel};
+    use springline::core::cancellation::Cancellation;
 
     use super::*;
 
@@ -481,7 +493,7 @@ mod tolerance {
         ends: Ends,
         tolerance: f64,
     ) -> Result<Fit<D>, Error> {
-        fit(points, options(parameters, ends, Solve::Tolerance { basis, tolerance }))
+        fit(&Context::default(), points, options(parameters, ends, Solve::Tolerance { basis, tolerance }))
     }
 
     fn wave(count: usize) -> Vec<P> {
@@ -489,7 +501,7 @@ mod tolerance {
     }
 
     fn segments<const D: usize>(fit: &Fit<D>) -> usize {
-        fit.curve.composite().unwrap().breaks().segments()
+        fit.curve.composite(&Context::default()).unwrap().breaks().segments()
     }
 
     #[test]
@@ -518,8 +530,8 @@ mod tolerance {
     #[test]
     fn segments_join_with_two_derivatives() {
         let fit = run(beta(0.5), wave(200), Parameters::ChordLength, Ends::Free, 1e-3).unwrap();
-        let first = fit.curve.composite().unwrap().derivative().unwrap();
-        for curve in [first.clone(), first.derivative().unwrap()] {
+        let first = fit.curve.composite(&Context::default()).unwrap().derivative(&Context::default()).unwrap();
+        for curve in [first.clone(), first.derivative(&Context::default()).unwrap()] {
             for k in 1..curve.breaks().segments() {
                 let (before, after) = (curve.segment(k - 1), curve.segment(k));
                 assert!(before[before.len() - 1].distance(after[0]) < 1e-9 * curve.magnitude());
@@ -546,7 +558,7 @@ mod tolerance {
         let tolerance = 0.02;
         let fit = run(Basis::Bezier(Bezier), points.clone(), Parameters::ChordLength, Ends::Free, tolerance).unwrap();
         assert_eq!(fit.locally_minimal, Some(true));
-        let composite = fit.curve.composite().unwrap();
+        let composite = fit.curve.composite(&Context::default()).unwrap();
         let breaks = composite.breaks().as_slice();
         let end = breaks[breaks.len() - 1];
         let worst = |joints: &[f64]| {
@@ -583,7 +595,7 @@ mod tolerance {
     fn given_parameters_are_the_domain() {
         let parameters: Vec<f64> = steps(50).iter().map(|u| -3.0 + 10.0 * u).collect();
         let fit = run(Basis::Bezier(Bezier), wave(50), Parameters::Values(parameters), Ends::Free, 0.1).unwrap();
-        assert_eq!(fit.curve.composite().unwrap().breaks().domain(), (-3.0, 7.0));
+        assert_eq!(fit.curve.composite(&Context::default()).unwrap().breaks().domain(), (-3.0, 7.0));
     }
 
     #[test]
@@ -621,12 +633,13 @@ mod tolerance {
         let work = |count: usize| {
             let passed = Arc::new(AtomicUsize::new(0));
             let counter = passed.clone();
-            let cancel = Cancel::when(move || {
+            let cancel = Cancellation::when(move || {
                 counter.fetch_add(1, Ordering::Relaxed);
                 false
             });
-            let fit = || run(Basis::Bezier(Bezier), wave(count), Parameters::ChordLength, Ends::Interpolate, 1e-2);
-            work::run(&cancel, fit).unwrap();
+            let options =
+                options(Parameters::ChordLength, Ends::Interpolate, Solve::Tolerance { basis: Basis::Bezier(Bezier), tolerance: 1e-2 });
+            fit(&Context::until(&cancel), wave(count), options).unwrap();
             passed.load(Ordering::Relaxed)
         };
         let (some, twice) = (work(2_000), work(4_000));
@@ -721,7 +734,7 @@ fn between_is_the_distance_from_the_polyline() {
         || Solve::Tolerance { basis: Basis::Bezier(Bezier), tolerance: 0.05 },
     ];
     for (k, solve) in solves.iter().enumerate() {
-        let fit = fit(noisy_arc(12), options(Parameters::Centripetal, Ends::Free, solve())).unwrap();
+        let fit = fit(&Context::default(), noisy_arc(12), options(Parameters::Centripetal, Ends::Free, solve())).unwrap();
         let mut largest = 0.0f64;
         for (ends, t) in noisy_arc(12).windows(2).zip(fit.parameters.windows(2)) {
             let between: Vec<f64> = steps(2001).iter().map(|u| t[0] * (1.0 - u) + t[1] * u).collect();
@@ -749,7 +762,7 @@ fn overflow_is_an_error() {
     ];
     for solve in solves {
         for ends in [Ends::Free, Ends::Interpolate] {
-            if let Ok(fit) = fit(huge.clone(), options(Parameters::Uniform, ends, solve.clone())) {
+            if let Ok(fit) = fit(&Context::default(), huge.clone(), options(Parameters::Uniform, ends, solve.clone())) {
                 assert!(fit.error.max.is_finite() && fit.error.rms.is_finite(), "{solve:?}");
             }
         }

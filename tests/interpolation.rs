@@ -6,6 +6,7 @@ use laws::{any, apart, at, even, jets, law, size};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use springline::core::basis::{Basis, Bezier};
+use springline::core::context::Context;
 use springline::core::continuity::Class;
 use springline::core::curve::{Bases, Curve};
 use springline::core::interpolate::{End, Interpolant, Shape, interpolate};
@@ -36,7 +37,7 @@ fn bezier() -> Bases {
 }
 
 fn through(points: &[Point<2>], shape: Shape<2>, rule: &Parameterization) -> Interpolant<2> {
-    interpolate(points, shape, bezier(), rule).unwrap()
+    interpolate(&Context::default(), points, shape, bezier(), rule).unwrap()
 }
 
 /// Points, a shape, bases for it, and a rule.
@@ -50,7 +51,7 @@ fn problem() -> impl Strategy<Value = (Vec<Point<2>>, Shape<2>, Bases, Parameter
 #[test]
 fn interpolants_pass_through_their_points_and_are_as_smooth_as_they_say() {
     law(150, problem(), |(points, shape, bases, rule)| {
-        let result = interpolate(&points, shape, bases, &rule).unwrap();
+        let result = interpolate(&Context::default(), &points, shape, bases, &rule).unwrap();
         let curve = Curve::Piecewise(result.curve.clone());
         let knots = result.curve.breaks().as_slice();
         assert!(apart(&at(&curve, &knots[..points.len()]), &points) <= 1e-14 * size(&curve));
@@ -63,9 +64,9 @@ fn interpolants_pass_through_their_points_and_are_as_smooth_as_they_say() {
 #[test]
 fn joints_of_an_interpolant_agree_from_both_sides() {
     law(80, problem(), |(points, shape, bases, rule)| {
-        let curve = interpolate(&points, shape, bases, &rule).unwrap().curve.composite().unwrap();
-        let first = curve.derivative().unwrap();
-        let orders = [curve.clone(), first.clone(), first.derivative().unwrap()];
+        let curve = interpolate(&Context::default(), &points, shape, bases, &rule).unwrap().curve.composite(&Context::default()).unwrap();
+        let first = curve.derivative(&Context::default()).unwrap();
+        let orders = [curve.clone(), first.clone(), first.derivative(&Context::default()).unwrap()];
         for order in &orders {
             for i in 1..curve.breaks().segments() {
                 let (before, after) = (order.segment(i - 1), order.segment(i));
@@ -127,8 +128,13 @@ fn two_and_three_points_suffice_where_the_conditions_allow() {
         let third = jets(&Curve::Piecewise(result.curve), &[0.1, 4.0], 3);
         assert!(third[3][0].distance(third[3][1]) < 1e-13);
     }
-    assert!(interpolate(&[a, b, c], Shape::Open(End::NotAKnot, End::NotAKnot), bezier(), &Parameterization::Uniform).is_err());
-    assert!(interpolate(&[a, b], Shape::Open(End::NotAKnot, End::Natural), bezier(), &Parameterization::Uniform).is_err());
+    assert!(
+        interpolate(&Context::default(), &[a, b, c], Shape::Open(End::NotAKnot, End::NotAKnot), bezier(), &Parameterization::Uniform)
+            .is_err()
+    );
+    assert!(
+        interpolate(&Context::default(), &[a, b], Shape::Open(End::NotAKnot, End::Natural), bezier(), &Parameterization::Uniform).is_err()
+    );
     assert_eq!(through(&[a, b, c], Shape::Closed, &Parameterization::Uniform).continuity.class, Class::C2);
 }
 
@@ -136,7 +142,8 @@ fn two_and_three_points_suffice_where_the_conditions_allow() {
 fn a_closed_interpolant_does_not_depend_on_its_first_point() {
     law(80, (any::points::<2>(9), 1usize..9, rule()), |(points, shift, rule)| {
         let rotated: Vec<_> = (0..9).map(|i| points[(i + shift) % 9]).collect();
-        let [one, other] = [points, rotated].map(|points| through(&points, Shape::Closed, &rule).curve.composite().unwrap());
+        let [one, other] =
+            [points, rotated].map(|points| through(&points, Shape::Closed, &rule).curve.composite(&Context::default()).unwrap());
         let size = one.magnitude();
         let same = |i: usize| apart(&one.segment((i + shift) % 9), &other.segment(i)) < 1e-12 * size;
         assert!((0..9).all(same));
@@ -148,8 +155,8 @@ fn an_open_interpolant_runs_backwards_through_reversed_points() {
     law(60, (any::points::<2>(8), rule()), |(points, rule)| {
         let shape = Shape::Open(End::NotAKnot, End::Natural);
         let mirror = Shape::Open(End::Natural, End::NotAKnot);
-        let one = through(&points, shape, &rule).curve.composite().unwrap();
-        let other = through(&points.into_iter().rev().collect::<Vec<_>>(), mirror, &rule).curve.composite().unwrap();
+        let one = through(&points, shape, &rule).curve.composite(&Context::default()).unwrap();
+        let other = through(&points.into_iter().rev().collect::<Vec<_>>(), mirror, &rule).curve.composite(&Context::default()).unwrap();
         for i in 0..7 {
             let back: Vec<_> = other.segment(6 - i).iter().rev().copied().collect();
             assert!(apart(&one.segment(i), &back) < 1e-12 * one.magnitude());
@@ -160,8 +167,8 @@ fn an_open_interpolant_runs_backwards_through_reversed_points() {
 #[test]
 fn interpolants_are_b_splines_with_simple_knots() {
     law(60, problem(), |(points, shape, bases, rule)| {
-        let curve = Curve::Piecewise(interpolate(&points, shape, bases, &rule).unwrap().curve);
-        let result = to_bspline(&curve, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
+        let curve = Curve::Piecewise(interpolate(&Context::default(), &points, shape, bases, &rule).unwrap().curve);
+        let result = to_bspline(&Context::default(), &curve, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
         let inner = result.joints.iter().filter(|joint| joint.parameter < laws::domain(&curve).1);
         assert!(inner.clone().all(|joint| joint.multiplicity <= 1));
         assert!(laws::curves_apart(&Curve::BSpline(result.curve), &curve) < 1e-9 * size(&curve));
@@ -173,7 +180,7 @@ fn closed_uniform_interpolants_are_periodic_uniform_b_splines() {
     law(40, (3usize..12).prop_flat_map(any::points::<2>), |points| {
         let curve = Curve::Piecewise(through(&points, Shape::Closed, &Parameterization::Uniform).curve);
         for style in [KnotStyle::Uniform, KnotStyle::Periodic] {
-            let spline = to_bspline(&curve, style, CONTINUITY_TOLERANCE).unwrap().curve;
+            let spline = to_bspline(&Context::default(), &curve, style, CONTINUITY_TOLERANCE).unwrap().curve;
             assert_eq!(spline.control_points().len(), points.len() + 3);
             assert_eq!(spline.control_points()[..3], spline.control_points()[points.len()..]);
             assert!(laws::curves_apart(&Curve::BSpline(spline), &curve) < 1e-12 * size(&curve));

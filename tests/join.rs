@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use springline::core::basis::{Basis, Beta, Bezier};
+use springline::core::context::Context;
 use springline::core::continuity::Class;
 use springline::core::curve::Single;
 use springline::core::error::Error;
@@ -21,12 +22,13 @@ fn beta(beta: f64) -> Basis {
 }
 
 fn line<const D: usize>(points: &[[f64; D]]) -> Single<D> {
-    Single::new(Basis::Bezier(Bezier), points.iter().map(|&p| Point(p)).collect()).unwrap()
+    Single::new(&Context::default(), Basis::Bezier(Bezier), points.iter().map(|&p| Point(p)).collect()).unwrap()
 }
 
 /// Random cubics of mixed families whose shape parameters are not extreme.
 fn cubics<const D: usize>(count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Single<D>>> {
-    let cubic = (any::cubic_with_way_back(), any::points::<D>(4)).prop_map(|(basis, points)| Single::new(basis, points).unwrap());
+    let cubic = (any::cubic_with_way_back(), any::points::<D>(4))
+        .prop_map(|(basis, points)| Single::new(&Context::default(), basis, points).unwrap());
     vec(cubic, count)
 }
 
@@ -43,7 +45,7 @@ fn sketched<const D: usize>(count: std::ops::Range<usize>) -> impl Strategy<Valu
                 })
                 .collect();
             start = points[3];
-            Single::new(basis, points).unwrap()
+            Single::new(&Context::default(), basis, points).unwrap()
         };
         list.into_iter().map(piece).collect()
     })
@@ -99,7 +101,8 @@ fn dense_optimum<const D: usize>(curves: &[Single<D>], class: Smoothness, side: 
         let h = curve.basis().length();
         let unit = |j: usize| {
             let points = (0..per).map(|i| Point([f64::from(i == j), 0.0])).collect();
-            let q: Vec<f64> = Single::new(curve.basis().clone(), points).unwrap().bezier_points().iter().map(|p| p[0]).collect();
+            let q: Vec<f64> =
+                Single::new(&Context::default(), curve.basis().clone(), points).unwrap().bezier_points().iter().map(|p| p[0]).collect();
             let (d, n) = ((q.len() - 1) as f64, q.len() - 1);
             let at = |i: usize| if left { q[n - i] } else { q[i] };
             let sign = if left { -1.0 } else { 1.0 };
@@ -139,7 +142,7 @@ fn parametric_joins_move_the_least<const D: usize>() {
     law(40, cubics::<D>(2..3), |curves| {
         for class in [Smoothness::C0, Smoothness::C1, Smoothness::C2] {
             for side in SIDES {
-                let joined = join(curves.clone(), class, side).unwrap();
+                let joined = join(&Context::default(), curves.clone(), class, side).unwrap();
                 check(&curves, &joined, class, side);
                 let (found, least) = (squares(&joined), dense_optimum(&curves, class, side));
                 assert!((found - least).abs() <= 1e-8 * (1.0 + least), "{class:?} {side:?}: {found:e} is not {least:e}");
@@ -162,7 +165,7 @@ fn parametric_joins_of_space_cubics_move_the_least() {
 fn chains_move_the_least_too() {
     law(30, cubics::<2>(3..7), |curves| {
         for class in [Smoothness::C0, Smoothness::C1] {
-            let joined = join(curves.clone(), class, Movable::Both).unwrap();
+            let joined = join(&Context::default(), curves.clone(), class, Movable::Both).unwrap();
             check(&curves, &joined, class, Movable::Both);
             let (found, least) = (squares(&joined), dense_optimum(&curves, class, Movable::Both));
             assert!((found - least).abs() <= 1e-8 * (1.0 + least), "{class:?}: {found:e} is not {least:e}");
@@ -175,7 +178,7 @@ fn success<const D: usize>(cases: u32, curves: impl Strategy<Value = Vec<Single<
     let made = std::cell::Cell::new((0, 0));
     law(cases, curves, |curves| {
         let (good, all) = made.get();
-        match join(curves.clone(), class, side) {
+        match join(&Context::default(), curves.clone(), class, side) {
             Ok(joined) => {
                 check(&curves, &joined, class, side);
                 made.set((good + 1, all + 1));
@@ -212,8 +215,8 @@ fn geometric_joins_of_random_curves_are_mostly_made() {
 #[test]
 fn geometric_joins_move_no_more_than_parametric_ones_of_joined_curves() {
     law(30, sketched::<2>(2..3), |curves| {
-        let c1 = squares(&join(curves.clone(), Smoothness::C1, Movable::Both).unwrap());
-        if let Ok(g1) = join(curves, Smoothness::G1, Movable::Both) {
+        let c1 = squares(&join(&Context::default(), curves.clone(), Smoothness::C1, Movable::Both).unwrap());
+        if let Ok(g1) = join(&Context::default(), curves, Smoothness::G1, Movable::Both) {
             assert!(squares(&g1) <= c1 * (1.0 + 1e-6) + 1e-12, "{:e} above {c1:e}", squares(&g1));
         }
     });
@@ -223,11 +226,12 @@ fn geometric_joins_move_no_more_than_parametric_ones_of_joined_curves() {
 fn joined_curves_stay() {
     law(40, cubics::<3>(2..4), |curves| {
         for class in CLASSES {
-            let Ok(joined) = join(curves.clone(), class, Movable::Both) else { continue };
-            let again: Vec<_> =
-                (0..curves.len()).map(|i| Single::new(curves[i].basis().clone(), joined.curve.polygon(i).to_vec()).unwrap()).collect();
-            let size = joined.curve.composite().unwrap().magnitude().max(1.0);
-            let Ok(still) = join(again, class, Movable::Both) else { panic!("{class:?} was lost") };
+            let Ok(joined) = join(&Context::default(), curves.clone(), class, Movable::Both) else { continue };
+            let again: Vec<_> = (0..curves.len())
+                .map(|i| Single::new(&Context::default(), curves[i].basis().clone(), joined.curve.polygon(i).to_vec()).unwrap())
+                .collect();
+            let size = joined.curve.composite(&Context::default()).unwrap().magnitude().max(1.0);
+            let Ok(still) = join(&Context::default(), again, class, Movable::Both) else { panic!("{class:?} was lost") };
             let moved = still.moved.iter().flatten().fold(0.0, |a: f64, &b| a.max(b));
             assert!(moved <= 1e-12 * size * 10.0, "{class:?}: {moved:e} of {size:e}");
         }
@@ -245,18 +249,18 @@ fn what_cannot_be_joined_says_where() {
     // In the straight limit inner control points move nothing, so a corner between fixed ends stays one.
     let straight = |points: [[f64; 2]; 4]| {
         let basis = Basis::Beta(Beta::from_lambda(0.0).unwrap());
-        Single::new(basis, points.map(Point).to_vec()).unwrap()
+        Single::new(&Context::default(), basis, points.map(Point).to_vec()).unwrap()
     };
     let corner = || {
         let first = straight([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]);
         vec![first, straight([[3.0, 0.0], [3.0, 1.0], [3.0, 2.0], [3.0, 3.0]])]
     };
     for class in [Smoothness::C1, Smoothness::G1, Smoothness::C2] {
-        let error = join(corner(), class, Movable::Following).unwrap_err();
+        let error = join(&Context::default(), corner(), class, Movable::Following).unwrap_err();
         assert_eq!(place(&error), "/smoothness");
         assert!(error.to_string().contains("was reached at the joint 1.0"), "{error}");
     }
-    assert!(join(corner(), Smoothness::C0, Movable::Following).is_ok());
+    assert!(join(&Context::default(), corner(), Smoothness::C0, Movable::Following).is_ok());
 }
 
 #[test]
@@ -264,7 +268,7 @@ fn a_curve_without_a_tangent_is_named() {
     let stopped = line(&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [2.0, 0.0]]);
     let other = line(&[[2.0, 0.0], [3.0, 1.0], [4.0, 1.0], [5.0, 0.0]]);
     for class in [Smoothness::G1, Smoothness::G2] {
-        let error = join(vec![stopped.clone(), other.clone()], class, Movable::Following).unwrap_err();
+        let error = join(&Context::default(), vec![stopped.clone(), other.clone()], class, Movable::Following).unwrap_err();
         assert_eq!(place(&error), "/curves/0");
     }
 }
@@ -272,9 +276,12 @@ fn a_curve_without_a_tangent_is_named() {
 #[test]
 fn orders_and_counts_are_checked() {
     let cubic = line(&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [2.0, 0.0]]);
-    assert_eq!(place(&join(vec![cubic.clone()], Smoothness::C0, Movable::Both).unwrap_err()), "/curves");
+    assert_eq!(place(&join(&Context::default(), vec![cubic.clone()], Smoothness::C0, Movable::Both).unwrap_err()), "/curves");
     let short = line(&[[0.0, 0.0], [1.0, 1.0]]);
-    assert_eq!(place(&join(vec![cubic, short], Smoothness::C0, Movable::Both).unwrap_err()), "/curves/1/control_points");
+    assert_eq!(
+        place(&join(&Context::default(), vec![cubic, short], Smoothness::C0, Movable::Both).unwrap_err()),
+        "/curves/1/control_points"
+    );
 }
 
 // ---- hostile
@@ -301,8 +308,10 @@ fn hostile_curves_are_joined_or_refused() {
             for (first, second) in bases.iter().zip(bases.iter().cycle().skip(1)) {
                 for class in CLASSES {
                     for side in SIDES {
-                        let one = |basis: &Basis, p: &[[f64; 2]; 4]| Single::new(basis.clone(), p.map(Point).to_vec()).unwrap();
-                        match join(vec![one(first, a), one(second, b)], class, side) {
+                        let one = |basis: &Basis, p: &[[f64; 2]; 4]| {
+                            Single::new(&Context::default(), basis.clone(), p.map(Point).to_vec()).unwrap()
+                        };
+                        match join(&Context::default(), vec![one(first, a), one(second, b)], class, side) {
                             Ok(joined) => {
                                 assert!(joined.curve.control_points().iter().all(|p| p.is_finite()));
                                 assert!(joined.moved.iter().flatten().all(|d| d.is_finite()), "{a:?} {b:?} {class:?} {side:?}");

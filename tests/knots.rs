@@ -5,6 +5,7 @@ mod laws;
 use laws::{apart, at, cases, curves_apart, domain, even, law, numbers, plane, points, size};
 use proptest::collection::vec;
 use serde_json::Value;
+use springline::core::context::Context;
 use springline::core::continuity::{Tolerance, continuity};
 use springline::core::curve::{BSpline, Curve, Piecewise};
 use springline::core::limits::CONTINUITY_TOLERANCE;
@@ -13,7 +14,7 @@ use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::to_bspline::{Conversion, KnotStyle, to_bspline};
 
 fn converted(curve: &Curve<2>, style: KnotStyle) -> Conversion<2> {
-    to_bspline(curve, style, CONTINUITY_TOLERANCE).unwrap()
+    to_bspline(&Context::default(), curve, style, CONTINUITY_TOLERANCE).unwrap()
 }
 
 fn of_kind(kind: &str) -> Vec<(Curve<2>, Vec<f64>, Vec<Point<2>>)> {
@@ -82,7 +83,7 @@ fn one_copy_too_many_goes_alone() {
 }
 
 fn pieces_of(curve: &Curve<2>) -> Piecewise<2> {
-    subdivide(curve, &Cuts::Depth(0), Form::Bezier).unwrap().curve
+    subdivide(&Context::default(), curve, &Cuts::Depth(0), Form::Bezier).unwrap().curve
 }
 
 /// Each joint of Bezier pieces is judged by itself: some may keep copies that rounding does not allow to remove, and the
@@ -113,12 +114,12 @@ fn a_short_segment_does_not_cost_the_other_joints_their_knots() {
         let inner = [1.0, 2.0, 3.0, 3.0 + 1e-6, 4.0, 5.0];
         let knots: Vec<f64> = [0.0].repeat(degree + 1).into_iter().chain(inner).chain([6.0].repeat(degree + 1)).collect();
         let points = (0..knots.len() - degree - 1).map(|i| Point([i as f64, (i as f64 * 1.7).sin()])).collect();
-        let spline = Curve::BSpline(BSpline::new(degree, knots, points, false).unwrap());
+        let spline = Curve::BSpline(BSpline::new(&Context::default(), degree, knots, points, false).unwrap());
         let pieces = pieces_of(&spline);
         // A corner at 2.
         let mut bent = pieces.control_points().to_vec();
         bent[2 * degree - 1] += Point([0.0, 0.5]);
-        let bent = Piecewise::new(pieces.bases().clone(), degree, pieces.breaks().clone(), false, bent).unwrap();
+        let bent = Piecewise::new(&Context::default(), pieces.bases().clone(), degree, pieces.breaks().clone(), false, bent).unwrap();
         let found = converted(&Curve::Piecewise(bent.clone()), KnotStyle::Clamped);
         assert!(found.deviation <= 1e-12 * 12.0, "{:e}", found.deviation);
         let multiplicity = |t: f64| found.curve.knots().as_slice().iter().filter(|&&knot| knot == t).count();
@@ -135,8 +136,8 @@ fn the_deviation_bounds_what_removal_moves() {
         let line = |i: usize| knots[i + 1..=i + degree].iter().sum::<f64>() / degree as f64;
         let moved = |i: usize| Point([line(i), 10f64.powf(exponent) * numbers[i]]);
         let points = (0..degree + 4).map(moved).collect();
-        let curve = Curve::BSpline(BSpline::new(degree, knots.clone(), points, false).unwrap());
-        let found = to_bspline(&curve, KnotStyle::Clamped, 0.9).unwrap();
+        let curve = Curve::BSpline(BSpline::new(&Context::default(), degree, knots.clone(), points, false).unwrap());
+        let found = to_bspline(&Context::default(), &curve, KnotStyle::Clamped, 0.9).unwrap();
         let parameters = even(&curve, 400);
         let measured = apart(&at(&curve, &parameters), &at(&Curve::BSpline(found.curve.clone()), &parameters));
         assert!(measured <= found.deviation * (1.0 + 1e-9) + 1e-15 * size(&curve), "{measured:e} {:e}", found.deviation);
@@ -150,7 +151,7 @@ fn a_periodic_b_spline_comes_back_bit_for_bit() {
         let count = degree + 3;
         let knots: Vec<f64> = (0..count + 2 * degree + 1).map(|i| i as f64 - degree as f64).collect();
         let points: Vec<_> = (0..count + degree).map(|i| ((i % count) as f64 * 2.4).sin_cos()).map(|(y, x)| Point([x, y])).collect();
-        let curve = Curve::BSpline(BSpline::new(degree, knots.clone(), points.clone(), true).unwrap());
+        let curve = Curve::BSpline(BSpline::new(&Context::default(), degree, knots.clone(), points.clone(), true).unwrap());
         for style in [KnotStyle::Periodic, KnotStyle::Uniform] {
             let found = converted(&curve, style);
             assert_eq!((found.curve.knots().as_slice(), bits(found.curve.control_points())), (&knots[..], bits(&points)), "{style:?}");
@@ -169,8 +170,8 @@ fn a_periodic_b_spline_comes_back_bit_for_bit() {
 fn continuity_sees_no_jumps_at_the_simple_knots_of_a_short_span() {
     let knots = vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.3, 0.300001, 0.7, 1.0, 1.0, 1.0, 1.0, 1.0];
     let points = (0..8).map(|i| Point([f64::from(i), f64::from(i * i % 5)])).collect();
-    let curve = Curve::<2>::BSpline(BSpline::new(4, knots, points, false).unwrap());
-    let report = continuity(&curve.composite().unwrap(), false, Tolerance::default()).unwrap();
+    let curve = Curve::<2>::BSpline(BSpline::new(&Context::default(), 4, knots, points, false).unwrap());
+    let report = continuity(&Context::default(), &curve.composite(&Context::default()).unwrap(), false, Tolerance::default()).unwrap();
     for joint in report.joints {
         assert!(joint.first_derivative_jump < 1e-13 && joint.second_derivative_jump < 1e-11, "{joint:?}");
     }

@@ -1,6 +1,7 @@
 //! Curves of tolerance fits stay near their points between them.
 
 use springline::core::basis::{Basis, Bezier};
+use springline::core::context::Context;
 use springline::core::curve::Composite;
 use springline::core::fit::{Ends, Fit, Options, Parameters, Solve, fit};
 use springline::core::point::Point;
@@ -79,7 +80,7 @@ fn corners<const D: usize>(points: &[Point<D>]) -> [Point<D>; 2] {
 }
 
 fn samples<const D: usize>(curve: &Composite<D>, each: usize) -> Vec<Point<D>> {
-    let evaluator = curve.evaluator().unwrap();
+    let evaluator = curve.evaluator(&Context::default()).unwrap();
     let at = |k: usize, i: usize| evaluator.within(k, i as f64 / each as f64, (each - i) as f64 / each as f64);
     (0..curve.breaks().segments()).flat_map(|k| (0..=each).map(move |i| at(k, i))).collect()
 }
@@ -97,7 +98,7 @@ fn leaves<const D: usize>(curve: &Composite<D>, points: &[Point<D>]) -> [f64; 2]
 
 fn tolerance_fit<const D: usize>(points: Vec<Point<D>>, parameters: Parameters, ends: Ends, tolerance: f64) -> Fit<D> {
     let solve = Solve::Tolerance { basis: Basis::Bezier(Bezier), tolerance };
-    fit(points, Options { weights: None, parameters, ends, parameter_correction: false, solve }).unwrap()
+    fit(&Context::default(), points, Options { weights: None, parameters, ends, parameter_correction: false, solve }).unwrap()
 }
 
 struct Case {
@@ -116,7 +117,7 @@ fn case<const D: usize>(kind: usize, random: &mut Random) -> Case {
     let tolerance = low.distance(high) * 10f64.powf(-6.0 * random.unit());
     let fit = tolerance_fit(points.clone(), parameters, ends, tolerance);
     assert!(fit.error.max <= tolerance);
-    let curve = fit.curve.composite().unwrap();
+    let curve = fit.curve.composite(&Context::default()).unwrap();
     Case { kind, segments: curve.breaks().segments(), leaves: leaves(&curve, &points), between: fit.between / low.distance(high) }
 }
 
@@ -150,7 +151,7 @@ fn ten_points_that_were_left_by_hundreds() {
     let points = [[0.2, 2.3], [1.6, 0.1], [2.6, 1.4], [3.4, 2.5], [4.2, 0.6], [4.3, 1.6], [4.3, 0.6], [5.7, 1.2], [9.4, 2.1], [9.9, 1.8]];
     let points: Vec<_> = points.into_iter().map(Point).collect();
     let fit = tolerance_fit(points.clone(), Parameters::ChordLength, Ends::Interpolate, 0.3);
-    let curve = fit.curve.composite().unwrap();
+    let curve = fit.curve.composite(&Context::default()).unwrap();
     let [far, axis] = leaves(&curve, &points);
     println!("{} segments, error {}, between {}, leaves {far} {axis}", curve.breaks().segments(), fit.error.max, fit.between);
     assert!(fit.between < 1.0 && axis < 0.5);

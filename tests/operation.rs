@@ -16,6 +16,7 @@ use axum::http::Request;
 use http_body_util::BodyExt;
 use serde_json::{Value, json};
 use springline::api::cost::Cost;
+use springline::core::context::Context;
 use springline::http::middleware::Middleware;
 use springline::http::service::Service;
 use springline::server::config::Config;
@@ -87,7 +88,7 @@ impl Inside {
         let ((says, started), (go_on, wait)) = (oneshot::channel(), std::sync::mpsc::channel());
         let service = self.service.clone();
         let running = tokio::spawn(async move {
-            let job = move || {
+            let job = move |_: &Context| {
                 says.send(()).unwrap();
                 let _ = wait.recv();
             };

@@ -6,6 +6,7 @@ use laws::{any, apart, at, control_points, curves_apart, domain, even, jets, law
 use proptest::collection::vec;
 use proptest::prelude::*;
 use springline::core::basis::{Basis, Bezier};
+use springline::core::context::Context;
 use springline::core::curve::{BSpline, Curve};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::limits::CONTINUITY_TOLERANCE;
@@ -19,7 +20,7 @@ use springline::core::to_bspline::{KnotStyle, to_bspline};
 fn shape_matrices_are_non_negative_with_rows_that_sum_to_one() {
     let basis = (1usize..64).prop_flat_map(|order| (any::basis(order), Just(order)));
     law(200, basis, |(basis, order)| {
-        let degree = basis.degree(order).unwrap();
+        let degree = basis.degree(&Context::default(), order).unwrap();
         let matrix = basis.shape_matrix(order);
         assert_eq!((matrix.degree(), matrix.order()), (degree, order));
         for row in matrix.rows() {
@@ -115,9 +116,19 @@ fn with_points<const D: usize>(curve: &Curve<D>, map: impl Fn(Point<D>) -> Point
     match curve {
         Curve::Single(c) => single(c.basis().clone(), points),
         Curve::Piecewise(c) => Curve::Piecewise(
-            springline::core::curve::Piecewise::new(c.bases().clone(), c.order(), c.breaks().clone(), c.closed(), points).unwrap(),
+            springline::core::curve::Piecewise::new(
+                &Context::default(),
+                c.bases().clone(),
+                c.order(),
+                c.breaks().clone(),
+                c.closed(),
+                points,
+            )
+            .unwrap(),
         ),
-        Curve::BSpline(c) => Curve::BSpline(BSpline::new(c.degree(), c.knots().as_slice().to_vec(), points, c.closed()).unwrap()),
+        Curve::BSpline(c) => {
+            Curve::BSpline(BSpline::new(&Context::default(), c.degree(), c.knots().as_slice().to_vec(), points, c.closed()).unwrap())
+        }
     }
 }
 
@@ -136,7 +147,7 @@ fn b_splines_agree_with_the_recursion_of_cox_and_de_boor() {
     law(80, any::bspline::<2>(1..6, 0), |curve| {
         let Curve::BSpline(spline) = &curve else { unreachable!() };
         let (knots, degree) = (spline.knots().as_slice(), spline.degree());
-        let parameters: Vec<_> = laws::inner_parameters(&curve.composite().unwrap()).collect();
+        let parameters: Vec<_> = laws::inner_parameters(&curve.composite(&Context::default()).unwrap()).collect();
         let by_recursion = |&t: &f64| {
             let terms = spline.control_points().iter().enumerate().map(|(i, &p)| p * cox_de_boor(knots, degree, i, t));
             terms.fold(Point::ZERO, |sum, p| sum + p)
@@ -151,7 +162,7 @@ fn b_splines_agree_with_the_recursion_of_cox_and_de_boor() {
 #[test]
 fn derivatives_agree_with_differences_of_the_derivative_below() {
     law(60, any::curve::<3>(), |curve| {
-        let composite = curve.composite().unwrap();
+        let composite = curve.composite(&Context::default()).unwrap();
         for segment in 0..composite.breaks().segments() {
             let (a, b) = composite.breaks().interval(segment);
             let (middle, h) = (a + 0.4 * (b - a), 1e-5 * (b - a));
@@ -171,7 +182,7 @@ const FRAME: Quantities = Quantities { tangent: true, normal: true, curvature: t
 #[test]
 fn the_curvature_of_a_parabola_is_known() {
     let curve = single(Basis::Bezier(Bezier), vec![Point([-1.0, 1.0]), Point([0.0, -1.0]), Point([1.0, 1.0])]);
-    let samples = evaluate(&curve, &Sampling::Count(101), 0, FRAME).unwrap();
+    let samples = evaluate(&Context::default(), &curve, &Sampling::Count(101), 0, FRAME).unwrap();
     for (i, p) in samples.points.iter().enumerate() {
         let x = p[0];
         let slope = (1.0 + 4.0 * x * x).sqrt();
@@ -182,7 +193,7 @@ fn the_curvature_of_a_parabola_is_known() {
         assert!((samples.frames.speeds[i] - 2.0 * slope).abs() < 1e-14);
     }
     let back = single(Basis::Bezier(Bezier), control_points(&curve).iter().rev().copied().collect());
-    let mirrored = evaluate(&back, &Sampling::Count(101), 0, FRAME).unwrap();
+    let mirrored = evaluate(&Context::default(), &back, &Sampling::Count(101), 0, FRAME).unwrap();
     assert!(mirrored.frames.curvatures.iter().all(|&k| k < 0.0), "turning right is negative");
 }
 
@@ -191,7 +202,7 @@ fn curvature_and_torsion_of_the_twisted_cubic_are_known() {
     let third = 1.0 / 3.0;
     let points = vec![Point([0.0; 3]), Point([third, 0.0, 0.0]), Point([2.0 * third, third, 0.0]), Point([1.0, 1.0, 1.0])];
     let curve = single(Basis::Bezier(Bezier), points);
-    let samples = evaluate(&curve, &Sampling::Count(101), 0, Quantities { torsion: true, ..FRAME }).unwrap();
+    let samples = evaluate(&Context::default(), &curve, &Sampling::Count(101), 0, Quantities { torsion: true, ..FRAME }).unwrap();
     assert!(samples.frames.degenerate.is_empty());
     for (i, &t) in samples.parameters.iter().enumerate() {
         let (speed, area) = (1.0 + 4.0 * t * t + 9.0 * t.powi(4), 9.0 * t.powi(4) + 9.0 * t * t + 1.0);
@@ -207,7 +218,8 @@ fn the_torsion_of_a_mirrored_curve_changes_its_sign() {
     law(40, any::points::<3>(5), |points| {
         let curve = single(Basis::Bezier(Bezier), points);
         let mirrored = with_points(&curve, |p| Point([p[0], p[1], -p[2]]));
-        let [one, other] = [curve, mirrored].map(|c| evaluate(&c, &Sampling::Count(20), 0, quantities).unwrap().frames);
+        let [one, other] =
+            [curve, mirrored].map(|c| evaluate(&Context::default(), &c, &Sampling::Count(20), 0, quantities).unwrap().frames);
         assert_eq!(one.curvatures, other.curvatures);
         assert!(one.torsions.iter().zip(&other.torsions).all(|(a, b)| *a == -*b));
     });
@@ -230,7 +242,7 @@ fn polyline_error<const D: usize>(curve: &Curve<D>, parameters: &[f64]) -> f64 {
 fn samples_to_a_tolerance_keep_it_between_samples() {
     law(40, (any::curve::<2>(), -3.0..0.5), |(curve, exponent)| {
         let tolerance = 10f64.powf(exponent);
-        let samples = evaluate(&curve, &Sampling::Tolerance(tolerance), 0, Quantities::default()).unwrap();
+        let samples = evaluate(&Context::default(), &curve, &Sampling::Tolerance(tolerance), 0, Quantities::default()).unwrap();
         let (a, b) = domain(&curve);
         assert_eq!([samples.parameters[0], samples.parameters[samples.parameters.len() - 1]], [a, b]);
         let coarse: Vec<_> = samples.parameters.clone();
@@ -243,11 +255,12 @@ fn samples_to_a_tolerance_keep_it_between_samples() {
 fn flat_pieces_are_flat_and_not_needlessly_many() {
     law(30, (any::one_segment::<3>(2..9), -2.0..0.5), |(curve, exponent)| {
         let tolerance = 10f64.powf(exponent);
-        let flat = subdivide(&curve, &Cuts::Flatness(tolerance), Form::Bezier).unwrap().curve;
+        let flat = subdivide(&Context::default(), &curve, &Cuts::Flatness(tolerance), Form::Bezier).unwrap().curve;
         let error = polyline_error(&curve, flat.breaks().as_slice());
         assert!(error <= tolerance, "{error} > {tolerance}");
         let count = flat.breaks().segments();
-        let tenfold = subdivide(&curve, &Cuts::Flatness(tolerance / 100.0), Form::Bezier).unwrap().curve.breaks().segments();
+        let tenfold =
+            subdivide(&Context::default(), &curve, &Cuts::Flatness(tolerance / 100.0), Form::Bezier).unwrap().curve.breaks().segments();
         assert!(tenfold <= 40 * count, "the error falls with the square of the length: {count} pieces, then {tenfold}");
     });
 }
@@ -271,7 +284,7 @@ fn cuts(domain: (f64, f64), choice: u8, shares: &[f64]) -> Cuts {
 fn pieces_run_over_the_curve_they_were_cut_from() {
     let forms = prop_oneof![Just(Form::Auto), Just(Form::Bezier), Just(Form::Family)];
     law(250, (any::curve::<2>(), 0u8..4, vec(0.01..0.99, 0..5), forms), |(curve, choice, shares, form)| {
-        let result = subdivide(&curve, &cuts(domain(&curve), choice, &shares), form);
+        let result = subdivide(&Context::default(), &curve, &cuts(domain(&curve), choice, &shares), form);
         let Ok(pieces) = result else { return assert_eq!(form, Form::Family, "{result:?}") };
         let accuracy = 1e-13 * size(&curve) * pieces.condition;
         assert_eq!(pieces.in_family, pieces.in_family && form != Form::Bezier);
@@ -289,7 +302,7 @@ fn the_family_form_keeps_the_family() {
     law(60, parts, |(basis, points, share)| {
         let curve = single(basis.clone(), points);
         let t = share * basis.length();
-        let pieces = subdivide(&curve, &Cuts::Parameters(vec![t]), Form::Family).unwrap();
+        let pieces = subdivide(&Context::default(), &curve, &Cuts::Parameters(vec![t]), Form::Family).unwrap();
         assert!(pieces.in_family);
         assert_eq!(pieces.curve.bases().as_slice(), [basis]);
         assert_eq!(pieces.curve.breaks().segments(), 2);
@@ -301,7 +314,7 @@ fn the_family_form_keeps_the_family() {
 #[test]
 fn a_clamped_b_spline_is_the_curve_it_was_made_from() {
     law(150, any::curve::<3>(), |curve| {
-        let result = to_bspline(&curve, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
+        let result = to_bspline(&Context::default(), &curve, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
         let apart = curves_apart(&Curve::BSpline(result.curve), &curve);
         assert!(apart < 1e-12 * size(&curve), "{apart}");
         assert!(result.deviation < 1e-12 * size(&curve) && apart <= result.deviation + 1e-14 * size(&curve));
@@ -311,8 +324,8 @@ fn a_clamped_b_spline_is_the_curve_it_was_made_from() {
 #[test]
 fn a_b_spline_of_a_b_spline_is_the_same() {
     law(80, any::curve::<2>(), |curve| {
-        let once = to_bspline(&curve, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap().curve;
-        let twice = to_bspline(&Curve::BSpline(once.clone()), KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap().curve;
+        let once = to_bspline(&Context::default(), &curve, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap().curve;
+        let twice = to_bspline(&Context::default(), &Curve::BSpline(once.clone()), KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap().curve;
         assert_eq!(once.knots(), twice.knots());
         assert!(apart(once.control_points(), twice.control_points()) < 1e-11 * size(&curve));
     });
@@ -321,7 +334,7 @@ fn a_b_spline_of_a_b_spline_is_the_same() {
 #[test]
 fn cubics_go_to_uniform_knots_and_back() {
     law(80, any::one_segment::<2>(1..5), |curve| {
-        let result = to_bspline(&curve, KnotStyle::Uniform, CONTINUITY_TOLERANCE).unwrap().curve;
+        let result = to_bspline(&Context::default(), &curve, KnotStyle::Uniform, CONTINUITY_TOLERANCE).unwrap().curve;
         let (degree, knots) = (result.degree(), result.knots().as_slice());
         assert_eq!(knots.len(), 2 * degree + 2);
         let step = domain(&curve).1;
@@ -332,14 +345,14 @@ fn cubics_go_to_uniform_knots_and_back() {
 
 /// Bezier pieces of a B-spline with these knots.
 fn cut_b_spline(curve: &Curve<2>) -> Curve<2> {
-    Curve::Piecewise(subdivide(curve, &Cuts::Depth(0), Form::Bezier).unwrap().curve)
+    Curve::Piecewise(subdivide(&Context::default(), curve, &Cuts::Depth(0), Form::Bezier).unwrap().curve)
 }
 
 #[test]
 fn knots_of_lowest_multiplicity_come_back_from_bezier_pieces() {
     law(80, any::bspline::<2>(2..6, 0), |curve| {
         let Curve::BSpline(spline) = &curve else { unreachable!() };
-        let found = to_bspline(&cut_b_spline(&curve), KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
+        let found = to_bspline(&Context::default(), &cut_b_spline(&curve), KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
         let (a, b) = domain(&curve);
         let inside = |knots: &[f64]| knots.iter().copied().filter(|&t| a < t && t < b).collect::<Vec<_>>();
         assert_eq!(inside(found.curve.knots().as_slice()), inside(spline.knots().as_slice()));
@@ -352,8 +365,8 @@ fn knots_of_lowest_multiplicity_come_back_from_bezier_pieces() {
 #[test]
 fn joints_inside_one_polynomial_vanish() {
     law(60, (any::one_segment::<2>(1..6), 1usize..4), |(curve, depth)| {
-        let pieces = Curve::Piecewise(subdivide(&curve, &Cuts::Depth(depth), Form::Bezier).unwrap().curve);
-        let spline = to_bspline(&pieces, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap().curve;
+        let pieces = Curve::Piecewise(subdivide(&Context::default(), &curve, &Cuts::Depth(depth), Form::Bezier).unwrap().curve);
+        let spline = to_bspline(&Context::default(), &pieces, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap().curve;
         assert_eq!(spline.control_points().len(), spline.degree() + 1);
         assert!(curves_apart(&Curve::BSpline(spline), &curve) < 1e-9 * size(&curve));
     });
@@ -364,8 +377,8 @@ fn joints_inside_one_polynomial_vanish() {
 #[test]
 fn clamped_knots_were_refused_for_a_finely_cut_curve_of_high_degree() {
     law(40, (any::one_segment::<2>(6..40), 3usize..6), |(curve, depth)| {
-        let pieces = Curve::Piecewise(subdivide(&curve, &Cuts::Depth(depth), Form::Bezier).unwrap().curve);
-        let result = to_bspline(&pieces, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
+        let pieces = Curve::Piecewise(subdivide(&Context::default(), &curve, &Cuts::Depth(depth), Form::Bezier).unwrap().curve);
+        let result = to_bspline(&Context::default(), &pieces, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
         let multiplicity = |t: f64| result.curve.knots().as_slice().iter().filter(|&&knot| knot == t).count();
         assert!(result.joints.iter().all(|joint| joint.multiplicity == multiplicity(joint.parameter)));
         assert!(curves_apart(&Curve::BSpline(result.curve), &curve) <= 1e-9 * size(&curve));
@@ -379,7 +392,7 @@ fn closed_polygon() -> impl Strategy<Value = Curve<2>> {
 #[test]
 fn periodic_b_splines_repeat_and_run_over_the_closed_curve() {
     law(60, closed_polygon(), |curve| {
-        let spline = to_bspline(&curve, KnotStyle::Periodic, CONTINUITY_TOLERANCE).unwrap().curve;
+        let spline = to_bspline(&Context::default(), &curve, KnotStyle::Periodic, CONTINUITY_TOLERANCE).unwrap().curve;
         check_periodic(&spline);
         assert!(spline.closed());
         assert_eq!(domain(&Curve::BSpline(spline.clone())), domain(&curve));

@@ -6,6 +6,7 @@ use laws::{any, apart, curves_apart, law, single, size};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, Shape as QuasiShape};
+use springline::core::context::Context;
 use springline::core::continuity::Class;
 use springline::core::curve::{Bases, Curve, Piecewise};
 use springline::core::interpolate::{End, Shape, interpolate};
@@ -19,7 +20,7 @@ fn beta(beta: f64) -> Basis {
 }
 
 fn yang_zeng() -> Basis {
-    Basis::Quasi(Quasi::new(QuasiShape::Elevation { lambdas: vec![0.3, 0.0, -0.3] }).unwrap())
+    Basis::Quasi(Quasi::new(&Context::default(), QuasiShape::Elevation { lambdas: vec![0.3, 0.0, -0.3] }).unwrap())
 }
 
 fn bases(segments: usize) -> impl Strategy<Value = Bases> {
@@ -33,7 +34,7 @@ fn problem() -> impl Strategy<Value = (Curve<2>, Bases)> {
         let segments = count - usize::from(!closed);
         (any::points::<2>(count), bases(segments), bases(segments)).prop_map(move |(points, old, new)| {
             let shape = if closed { Shape::Closed } else { Shape::Open(End::Natural, End::Natural) };
-            let curve = interpolate(&points, shape, old, &Parameterization::ChordLength).unwrap().curve;
+            let curve = interpolate(&Context::default(), &points, shape, old, &Parameterization::ChordLength).unwrap().curve;
             (Curve::Piecewise(curve), new)
         })
     })
@@ -43,7 +44,7 @@ fn problem() -> impl Strategy<Value = (Curve<2>, Bases)> {
 fn a_kept_class_is_kept_and_joints_stay() {
     law(60, problem(), |(curve, new)| {
         for (keep, class) in [(Keep::G1, Class::G1), (Keep::C1, Class::C1)] {
-            let bent = reshape(&curve, new.clone(), keep).unwrap();
+            let bent = reshape(&Context::default(), &curve, new.clone(), keep).unwrap();
             assert!(bent.continuity.class >= class, "{keep:?}: {:?}", bent.continuity.worst());
             let joints = |curve: &Curve<2>| curve.control_points().iter().copied().step_by(3).collect::<Vec<_>>();
             assert_eq!(joints(&curve), joints(&bent.curve));
@@ -56,7 +57,7 @@ fn a_kept_class_is_kept_and_joints_stay() {
 #[test]
 fn nothing_kept_leaves_the_points() {
     law(40, problem(), |(curve, new)| {
-        let bent = reshape(&curve, new, Keep::Nothing).unwrap();
+        let bent = reshape(&Context::default(), &curve, new, Keep::Nothing).unwrap();
         assert_eq!(curve.control_points(), bent.curve.control_points());
         assert_eq!(bent.points_moved, 0.0);
         assert!(bent.continuity.class >= Class::C0);
@@ -68,21 +69,22 @@ fn a_new_beta_breaks_tangents_and_a_new_alpha_beta_does_not() {
     let points = [[0.0, 0.0], [2.0, 1.0], [3.0, 4.0], [-1.0, 3.0], [-2.0, 1.0]].map(Point);
     let alpha_beta = |b| Basis::AlphaBeta(AlphaBeta::new(0.8, b).unwrap());
     let class = |old: Basis, new: Basis| {
-        let curve = interpolate(&points, Shape::Closed, Bases::Common(old), &Parameterization::Uniform).unwrap().curve;
-        reshape(&Curve::Piecewise(curve), Bases::Common(new), Keep::Nothing).unwrap().continuity.class
+        let curve = interpolate(&Context::default(), &points, Shape::Closed, Bases::Common(old), &Parameterization::Uniform).unwrap().curve;
+        reshape(&Context::default(), &Curve::Piecewise(curve), Bases::Common(new), Keep::Nothing).unwrap().continuity.class
     };
     assert_eq!(class(beta(1.0), beta(3.0)), Class::C0);
     assert!(class(alpha_beta(3.0), alpha_beta(1.5)) >= Class::C1);
-    let curve = interpolate(&points, Shape::Closed, Bases::Common(alpha_beta(3.0)), &Parameterization::Uniform).unwrap().curve;
+    let curve =
+        interpolate(&Context::default(), &points, Shape::Closed, Bases::Common(alpha_beta(3.0)), &Parameterization::Uniform).unwrap().curve;
     let mixed = Bases::PerSegment((1..=5).map(|i| alpha_beta(0.5 * f64::from(i))).collect());
-    let bent = reshape(&Curve::Piecewise(curve), mixed, Keep::Nothing).unwrap();
+    let bent = reshape(&Context::default(), &Curve::Piecewise(curve), mixed, Keep::Nothing).unwrap();
     assert!(bent.continuity.joints.iter().all(|joint| joint.geometric >= Class::G1));
 }
 
 #[test]
 fn c2_kept_is_the_same_curve() {
     law(60, problem(), |(curve, new)| {
-        let same = reshape(&curve, new, Keep::C2).unwrap();
+        let same = reshape(&Context::default(), &curve, new, Keep::C2).unwrap();
         assert!(curves_apart(&curve, &same.curve) <= 1e-10 * size(&curve).max(size(&same.curve)));
         assert!(same.curve_moved <= 1e-10 * size(&curve).max(size(&same.curve)));
     });
@@ -91,21 +93,22 @@ fn c2_kept_is_the_same_curve() {
 #[test]
 fn c2_cannot_be_kept_in_a_lower_degree() {
     let points = [[0.0, 0.0], [1.0, 2.0], [3.0, -1.0], [4.0, 0.0]].map(Point).to_vec();
-    let error = reshape(&single(yang_zeng(), points.clone()), Bases::Common(Basis::Bezier(Bezier)), Keep::C2).unwrap_err();
+    let error =
+        reshape(&Context::default(), &single(yang_zeng(), points.clone()), Bases::Common(Basis::Bezier(Bezier)), Keep::C2).unwrap_err();
     assert_eq!(error.place.to_string(), "/keep", "{error}");
-    let breaks = Breaks::new(vec![0.0, 1.0]).unwrap();
-    let curve = Curve::Piecewise(Piecewise::new(Bases::Common(yang_zeng()), 3, breaks, false, points).unwrap());
-    let error = reshape(&curve, Bases::Common(beta(1.0)), Keep::C2).unwrap_err();
+    let breaks = Breaks::new(&Context::default(), vec![0.0, 1.0]).unwrap();
+    let curve = Curve::Piecewise(Piecewise::new(&Context::default(), Bases::Common(yang_zeng()), 3, breaks, false, points).unwrap());
+    let error = reshape(&Context::default(), &curve, Bases::Common(beta(1.0)), Keep::C2).unwrap_err();
     assert_eq!(error.place.to_string(), "/keep", "{error}");
 }
 
 #[test]
 fn curve_moved_is_the_largest_distance() {
     law(40, problem(), |(curve, new)| {
-        let bent = reshape(&curve, new, Keep::Nothing).unwrap();
-        let (old, new) = (curve.composite().unwrap(), bent.curve.composite().unwrap());
+        let bent = reshape(&Context::default(), &curve, new, Keep::Nothing).unwrap();
+        let (old, new) = (curve.composite(&Context::default()).unwrap(), bent.curve.composite(&Context::default()).unwrap());
         let segments = 0..old.breaks().segments();
-        let (old, new) = (old.evaluator().unwrap(), new.evaluator().unwrap());
+        let (old, new) = (old.evaluator(&Context::default()).unwrap(), new.evaluator(&Context::default()).unwrap());
         let at = |i: usize, u: f64| old.within(i, u, 1.0 - u).distance(new.within(i, u, 1.0 - u));
         let sampled = segments.flat_map(|i| (0..=500).map(move |k| (i, f64::from(k) / 500.0))).map(|(i, u)| at(i, u)).fold(0.0, f64::max);
         assert!(sampled <= bent.curve_moved * (1.0 + 2e-9) + 1e-13 * size(&curve));
@@ -126,11 +129,11 @@ fn c1_is_kept_by_the_least_change() {
     law(60, case, |(points, closed, betas)| {
         let n = points.len() - usize::from(!closed);
         let shape = if closed { Shape::Closed } else { Shape::Open(End::Natural, End::Natural) };
-        let old = interpolate(&points, shape, Bases::Common(beta(1.0)), &Parameterization::Uniform).unwrap().curve;
+        let old = interpolate(&Context::default(), &points, shape, Bases::Common(beta(1.0)), &Parameterization::Uniform).unwrap().curve;
         // The rule may scale the domain; with equal intervals the length does not matter to the conditions.
         let new = Bases::PerSegment(betas[..n].iter().map(|&b| beta(b)).collect());
         let p = old.control_points().to_vec();
-        let bent = reshape(&Curve::Piecewise(old), new, Keep::C1).unwrap();
+        let bent = reshape(&Context::default(), &Curve::Piecewise(old), new, Keep::C1).unwrap();
         let joints = if closed { n } else { n - 1 };
         let mut full = nalgebra::DMatrix::<f64>::zeros(joints, 3 * n + 1);
         for j in 0..joints {
@@ -159,8 +162,8 @@ fn a_hundred_thousand_points_are_reshaped() {
         let at = |i: usize| Point([i as f64, (i as f64 * 0.7).sin()]);
         let points: Vec<_> = (0..count).map(at).collect();
         let shape = Shape::Open(End::Natural, End::Natural);
-        let curve = interpolate(&points, shape, Bases::Common(beta(1.0)), &Parameterization::Uniform).unwrap().curve;
-        let bent = reshape(&Curve::Piecewise(curve), Bases::Common(beta(2.0)), Keep::C1).unwrap();
+        let curve = interpolate(&Context::default(), &points, shape, Bases::Common(beta(1.0)), &Parameterization::Uniform).unwrap().curve;
+        let bent = reshape(&Context::default(), &Curve::Piecewise(curve), Bases::Common(beta(2.0)), Keep::C1).unwrap();
         assert!(bent.continuity.class >= Class::C1);
         assert_eq!(bent.continuity.joints.len(), count - 2);
     }
@@ -170,25 +173,26 @@ fn a_hundred_thousand_points_are_reshaped() {
 fn lines_have_nothing_to_keep_a_corner_with() {
     // A quadratic chain has one inner point a segment: with fixed joints C1 at both ends is too much.
     let points = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [3.0, -1.0], [4.0, 0.0], [5.0, 1.0], [6.0, 0.0]].map(Point).to_vec();
-    let breaks = Breaks::new(vec![0.0, 1.0, 2.0, 3.0]).unwrap();
-    let curve =
-        |order, points, breaks, closed| Curve::Piecewise(Piecewise::new(Bases::Common(beta(0.0)), order, breaks, closed, points).unwrap());
+    let breaks = Breaks::new(&Context::default(), vec![0.0, 1.0, 2.0, 3.0]).unwrap();
+    let curve = |order, points, breaks, closed| {
+        Curve::Piecewise(Piecewise::new(&Context::default(), Bases::Common(beta(0.0)), order, breaks, closed, points).unwrap())
+    };
     let open = curve(2, points, breaks.clone(), false);
-    assert!(reshape(&open, Bases::Common(beta(1.0)), Keep::C1).is_ok(), "one inner point more than joints");
+    assert!(reshape(&Context::default(), &open, Bases::Common(beta(1.0)), Keep::C1).is_ok(), "one inner point more than joints");
     let straight = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]].map(Point).to_vec();
-    let other = curve(1, straight, Breaks::new(vec![0.0, 1.0, 2.0, 3.0]).unwrap(), false);
-    assert!(reshape(&other, Bases::Common(beta(1.0)), Keep::C1).is_ok(), "order 1 has no shape");
+    let other = curve(1, straight, Breaks::new(&Context::default(), vec![0.0, 1.0, 2.0, 3.0]).unwrap(), false);
+    assert!(reshape(&Context::default(), &other, Bases::Common(beta(1.0)), Keep::C1).is_ok(), "order 1 has no shape");
 }
 
 #[test]
 fn a_joint_that_cannot_stay_smooth_is_named() {
     let points = [[0.0, 0.0], [1.0, 2.0], [3.0, -1.0], [4.0, 0.0]].map(Point);
     let shape = Shape::Open(End::Natural, End::Natural);
-    let curve = interpolate(&points, shape, Bases::Common(beta(1.0)), &Parameterization::Uniform).unwrap().curve;
+    let curve = interpolate(&Context::default(), &points, shape, Bases::Common(beta(1.0)), &Parameterization::Uniform).unwrap().curve;
     // In the straight limit inner control points move nothing.
     let straight = Bases::Common(Basis::Beta(Beta::from_lambda(0.0).unwrap()));
     for keep in [Keep::C1, Keep::G1] {
-        let error = reshape(&Curve::Piecewise(curve.clone()), straight.clone(), keep).unwrap_err();
+        let error = reshape(&Context::default(), &Curve::Piecewise(curve.clone()), straight.clone(), keep).unwrap_err();
         assert_eq!(error.place.to_string(), "/keep");
         assert!(error.to_string().contains("the joint"), "{error}");
     }
@@ -199,7 +203,7 @@ fn counts_and_kinds_are_checked() {
     let points = [[0.0, 0.0], [1.0, 2.0], [3.0, -1.0], [4.0, 0.0]].map(Point).to_vec();
     let curve = single(Basis::Bezier(Bezier), points);
     let place = |error: springline::core::error::Error| error.place.to_string();
-    assert_eq!(place(reshape(&curve, Bases::PerSegment(vec![beta(1.0); 2]), Keep::Nothing).unwrap_err()), "/bases");
+    assert_eq!(place(reshape(&Context::default(), &curve, Bases::PerSegment(vec![beta(1.0); 2]), Keep::Nothing).unwrap_err()), "/bases");
     let endless = Basis::Beta(Beta::from_lambda(0.0).unwrap());
-    assert_eq!(place(reshape(&curve, Bases::Common(endless), Keep::C2).unwrap_err()), "/keep");
+    assert_eq!(place(reshape(&Context::default(), &curve, Bases::Common(endless), Keep::C2).unwrap_err()), "/keep");
 }

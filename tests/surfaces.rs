@@ -9,6 +9,7 @@ use laws::{any, apart, law, point};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use springline::core::basis::{AlphaBeta, Basis, Bezier};
+use springline::core::context::Context;
 use springline::core::point::{Point, magnitude};
 use springline::core::subdivide::Form;
 use springline::core::surface::{Mesh, Places, Surface, SurfaceQuantities, SurfaceSamples, evaluate, subdivide, tessellate};
@@ -25,11 +26,11 @@ fn size(surface: &Surface) -> f64 {
 }
 
 fn grid(surface: &Surface, orders: usize) -> SurfaceSamples {
-    evaluate(surface, &Places::Grid(6, 7), orders, SurfaceQuantities::default()).unwrap()
+    evaluate(&Context::default(), surface, &Places::Grid(6, 7), orders, SurfaceQuantities::default()).unwrap()
 }
 
 fn at(surface: &Surface, pairs: &[[f64; 2]]) -> Vec<Point<3>> {
-    evaluate(surface, &Places::Parameters(pairs.to_vec()), 0, SurfaceQuantities::default()).unwrap().points
+    evaluate(&Context::default(), surface, &Places::Parameters(pairs.to_vec()), 0, SurfaceQuantities::default()).unwrap().points
 }
 
 /// A surface of any two families.
@@ -38,12 +39,13 @@ fn surface() -> impl Strategy<Value = Surface> {
 }
 
 fn of(u: impl Strategy<Value = Basis>, v: impl Strategy<Value = Basis>, m: usize, n: usize) -> impl Strategy<Value = Surface> {
-    (u, v, proptest::collection::vec(any::points::<3>(n + 1), m + 1)).prop_map(|(u, v, net)| Surface::new(u, v, net).unwrap())
+    (u, v, proptest::collection::vec(any::points::<3>(n + 1), m + 1))
+        .prop_map(|(u, v, net)| Surface::new(&Context::default(), u, v, net).unwrap())
 }
 
 fn remade(surface: &Surface, map: impl Fn(Point<3>) -> Point<3>) -> Surface {
     let [u, v] = surface.bases().clone();
-    Surface::new(u, v, net(surface).into_iter().map(|row| row.into_iter().map(&map).collect()).collect()).unwrap()
+    Surface::new(&Context::default(), u, v, net(surface).into_iter().map(|row| row.into_iter().map(&map).collect()).collect()).unwrap()
 }
 
 // ---- reference vectors
@@ -70,7 +72,7 @@ fn vectors() -> Vec<Vector> {
         let expected =
             vec![("points", list("point"), size), ("du", list("du"), size * 6.0 / alpha[0]), ("dv", list("dv"), size * 6.0 / alpha[1])];
         let body = json!({"u": in_json(0), "v": in_json(1), "control_net": case["control_net"]});
-        (Surface::new(basis(0), basis(1), points).unwrap(), body, pairs, expected)
+        (Surface::new(&Context::default(), basis(0), basis(1), points).unwrap(), body, pairs, expected)
     };
     cases.iter().map(read).collect()
 }
@@ -78,7 +80,7 @@ fn vectors() -> Vec<Vector> {
 #[test]
 fn the_core_meets_the_vectors_to_1e_14() {
     for (surface, _, pairs, expected) in vectors() {
-        let samples = evaluate(&surface, &Places::Parameters(pairs), 1, SurfaceQuantities::default()).unwrap();
+        let samples = evaluate(&Context::default(), &surface, &Places::Parameters(pairs), 1, SurfaceQuantities::default()).unwrap();
         let found = [&samples.points, &samples.derivatives[0], &samples.derivatives[1]];
         for (found, (name, expected, scale)) in found.into_iter().zip(&expected) {
             assert!(apart(found, expected) <= 1e-14 * scale, "{name}: {:e}", apart(found, expected) / scale);
@@ -134,9 +136,10 @@ fn a_transposed_net_exchanges_u_and_v() {
     law(60, surface(), |surface| {
         let ([u, v], points) = (surface.bases().clone(), net(&surface));
         let columns = (0..points[0].len()).map(|j| points.iter().map(|row| row[j]).collect()).collect();
-        let other = Surface::new(v, u, columns).unwrap();
+        let other = Surface::new(&Context::default(), v, u, columns).unwrap();
         let (one, swap) = (grid(&surface, 2), |pairs: &[[f64; 2]]| pairs.iter().map(|[u, v]| [*v, *u]).collect::<Vec<_>>());
-        let two = evaluate(&other, &Places::Parameters(swap(&one.parameters)), 2, SurfaceQuantities::default()).unwrap();
+        let two =
+            evaluate(&Context::default(), &other, &Places::Parameters(swap(&one.parameters)), 2, SurfaceQuantities::default()).unwrap();
         assert!(apart(&one.points, &two.points) < 1e-13 * size(&surface));
         for (k, l) in [(0, 1), (1, 0), (2, 4), (3, 3), (4, 2)] {
             let scale = magnitude(&one.derivatives[k]) + size(&surface);
@@ -151,7 +154,7 @@ fn pieces_run_over_the_same_surface_in_every_form() {
     law(50, (cubic, [0.1..0.4, 0.6..0.9, 0.2..0.8]), |(surface, [first, second, third])| {
         let [(_, b), (_, d)] = surface.domain();
         for form in [Form::Auto, Form::Family, Form::Bezier] {
-            let pieces = match subdivide(&surface, &[first * b, second * b], &[third * d], form) {
+            let pieces = match subdivide(&Context::default(), &surface, &[first * b, second * b], &[third * d], form) {
                 Ok(pieces) => pieces,
                 Err(error) => {
                     assert_eq!((form, error.place.to_string().as_str()), (Form::Family, "/form"));
@@ -180,15 +183,15 @@ fn flat_surfaces_have_no_gaussian_curvature() {
     law(40, (any::basis(3), any::point::<2>()), |(basis, bump)| {
         let curve = [[0.0, 0.0], [1.0, bump[0]], [2.0, bump[1]], [3.0, 0.0]];
         let rows = curve.map(|[x, z]| vec![Point([x, 0.0, z]), Point([x, 5.0, z])]).to_vec();
-        let surface = Surface::new(basis, Basis::Bezier(Bezier), rows).unwrap();
-        let samples = evaluate(&surface, &Places::Grid(5, 5), 0, all).unwrap();
+        let surface = Surface::new(&Context::default(), basis, Basis::Bezier(Bezier), rows).unwrap();
+        let samples = evaluate(&Context::default(), &surface, &Places::Grid(5, 5), 0, all).unwrap();
         for i in (0..25).filter(|i| !samples.degenerate.contains(i)) {
             assert!(samples.gaussian_curvatures[i].abs() <= 1e-12 * (1.0 + samples.mean_curvatures[i].powi(2)));
             assert!(samples.normals[i][1].abs() < 1e-13);
         }
     });
-    let plane = Surface::new(Basis::Bezier(Bezier), Basis::Bezier(Bezier), rectangle()).unwrap();
-    let samples = evaluate(&plane, &Places::Grid(3, 3), 0, all).unwrap();
+    let plane = Surface::new(&Context::default(), Basis::Bezier(Bezier), Basis::Bezier(Bezier), rectangle()).unwrap();
+    let samples = evaluate(&Context::default(), &plane, &Places::Grid(3, 3), 0, all).unwrap();
     assert_eq!((samples.gaussian_curvatures, samples.mean_curvatures), (vec![0.0; 9], vec![0.0; 9]));
 }
 
@@ -201,9 +204,9 @@ fn curvature_scales_with_the_surface_at_any_size() {
     let all = SurfaceQuantities { normal: true, mean_curvature: true, gaussian_curvature: true };
     let rows: Net = (0..3).map(|i| (0..3).map(|j| Point([i as f64, j as f64, (i * j) as f64 + (i * i) as f64])).collect()).collect();
     let measured = |exponent: i32| {
-        let surface = Surface::new(Basis::Bezier(Bezier), Basis::Bezier(Bezier), rows.clone()).unwrap();
+        let surface = Surface::new(&Context::default(), Basis::Bezier(Bezier), Basis::Bezier(Bezier), rows.clone()).unwrap();
         let scale = 2f64.powi(exponent);
-        evaluate(&remade(&surface, |p| p * scale), &Places::Grid(3, 3), 0, all).unwrap()
+        evaluate(&Context::default(), &remade(&surface, |p| p * scale), &Places::Grid(3, 3), 0, all).unwrap()
     };
     let one = measured(0);
     for exponent in [-500, 400] {
@@ -219,9 +222,9 @@ fn curvature_scales_with_the_surface_at_any_size() {
 fn pieces_whose_conditions_multiply_beyond_8_digits_are_bezier() {
     let stiff = || Basis::Beta(springline::core::basis::Beta::from_beta(100.0).unwrap());
     let cubic = |i: usize| (0..4).map(|j| Point([i as f64, j as f64, (i * j) as f64])).collect();
-    let surface = Surface::new(stiff(), stiff(), (0..4).map(cubic).collect()).unwrap();
-    let each = stiff().way_back(3).unwrap().condition;
-    let both = subdivide(&surface, &[0.5], &[0.5], Form::Auto).unwrap();
+    let surface = Surface::new(&Context::default(), stiff(), stiff(), (0..4).map(cubic).collect()).unwrap();
+    let each = stiff().way_back(&Context::default(), 3).unwrap().condition;
+    let both = subdivide(&Context::default(), &surface, &[0.5], &[0.5], Form::Auto).unwrap();
     assert_eq!(both.in_family, each * each <= 1e8, "{each:e}");
 }
 
@@ -249,7 +252,7 @@ fn deviation(surface: &Surface, mesh: &Mesh) -> f64 {
 #[test]
 fn meshes_stay_within_their_bound_and_the_bound_within_the_tolerance() {
     law(25, (surface(), 0.5..5.0), |(surface, tolerance)| {
-        let mesh = tessellate(&surface, tolerance).unwrap();
+        let mesh = tessellate(&Context::default(), &surface, tolerance).unwrap();
         assert!(mesh.bound <= tolerance);
         assert!(deviation(&surface, &mesh) <= mesh.bound + 1e-12);
         assert_eq!(mesh.points, at(&surface, &mesh.parameters));
@@ -259,7 +262,7 @@ fn meshes_stay_within_their_bound_and_the_bound_within_the_tolerance() {
 #[test]
 fn meshes_are_disks_whose_triangles_face_the_normal() {
     law(25, surface(), |surface| {
-        let mesh = tessellate(&surface, 1.0).unwrap();
+        let mesh = tessellate(&Context::default(), &surface, 1.0).unwrap();
         let [m, n] = mesh.cells;
         assert_eq!((mesh.points.len(), mesh.triangles.len()), ((m + 1) * (n + 1), 2 * m * n));
         let directed: BTreeSet<_> = mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
@@ -282,10 +285,10 @@ fn opposite_edges_that_coincide_share_their_vertices() {
         let ([u, v], mut points) = (surface.bases().clone(), net(&surface));
         let last = points.len() - 1;
         points[last] = points[0].clone();
-        Surface::new(u, v, points).unwrap()
+        Surface::new(&Context::default(), u, v, points).unwrap()
     });
     law(40, closed, |surface| {
-        let mesh = tessellate(&surface, 0.5).unwrap();
+        let mesh = tessellate(&Context::default(), &surface, 0.5).unwrap();
         let row = mesh.cells[1] + 1;
         assert_eq!(mesh.points[..row], mesh.points[mesh.points.len() - row..]);
     });
@@ -294,13 +297,16 @@ fn opposite_edges_that_coincide_share_their_vertices() {
 #[test]
 fn flat_directions_take_one_cell_and_no_mesh_is_finer_than_it_needs() {
     let bezier = || Basis::Bezier(Bezier);
-    assert_eq!(tessellate(&Surface::new(bezier(), bezier(), rectangle()).unwrap(), 1e-3).unwrap().cells, [1, 1]);
+    assert_eq!(
+        tessellate(&Context::default(), &Surface::new(&Context::default(), bezier(), bezier(), rectangle()).unwrap(), 1e-3).unwrap().cells,
+        [1, 1]
+    );
     // A parabola with second derivative 8, extruded: 8 / (8 m^2) <= 0.01 takes 10 cells.
     let arch = [[0.0, 0.0], [1.0, -4.0], [2.0, 0.0]].map(|[x, z]| vec![Point([x, 0.0, z]), Point([x, 1.0, z])]);
     let mut bent = arch.to_vec();
     bent.iter_mut().flatten().for_each(|p| p[2] *= 0.5);
-    let surface = Surface::new(bezier(), bezier(), bent).unwrap();
-    assert_eq!(tessellate(&surface, 0.0100001).unwrap().cells, [10, 1]);
+    let surface = Surface::new(&Context::default(), bezier(), bezier(), bent).unwrap();
+    assert_eq!(tessellate(&Context::default(), &surface, 0.0100001).unwrap().cells, [10, 1]);
 }
 
 // ---- over HTTP

@@ -6,6 +6,7 @@ use laws::{at, cases, control_points, domain, jets, numbers, parse, points};
 use serde_json::Value;
 use springline::api::wire::Dimensioned;
 use springline::core::basis::{Basis, Beta};
+use springline::core::context::Context;
 use springline::core::curve::{Bases, Curve};
 use springline::core::interpolate::{End, Interpolant, Shape, interpolate};
 use springline::core::limits::CONTINUITY_TOLERANCE;
@@ -45,7 +46,7 @@ fn evaluation<const D: usize>(curve: &Curve<D>, case: &Value) -> f64 {
     let orders = case["derivatives"].as_u64().unwrap() as usize;
     let (a, b) = domain(curve);
     assert_eq!([a, b], numbers(&case["domain"])[..]);
-    let degree = curve.composite().unwrap().degree();
+    let degree = curve.composite(&Context::default()).unwrap().degree();
     let lists = jets(curve, &numbers(&case["parameters"]), orders);
     let expected: Vec<Vec<Point<D>>> = case["expected"].as_array().unwrap().iter().map(points).collect();
     let order = |k: usize| {
@@ -65,7 +66,7 @@ fn subdivision<const D: usize>(curve: &Curve<D>, case: &Value) -> f64 {
     let t = case["at"].as_f64().unwrap();
     let expected: Vec<Point<D>> = points(&case["bezier"]);
     let size = magnitude(control_points(curve));
-    let cut = subdivide(curve, &Cuts::Parameters(vec![t]), Form::Bezier).unwrap();
+    let cut = subdivide(&Context::default(), curve, &Cuts::Parameters(vec![t]), Form::Bezier).unwrap();
     let joint = [expected[expected.len() / 2]];
     let of_joint = difference(&cut.split_points, &joint).max(difference(&at(curve, &[t]), &joint));
     of_joint.max(difference(cut.curve.control_points(), &expected)) / size
@@ -78,7 +79,7 @@ fn subdivide_to_1e_14() {
 
 /// Uniform control points lie up to 15 times as far out as Bezier points: their errors are relative to both polygons.
 fn conversion<const D: usize>(curve: &Curve<D>, case: &Value) -> f64 {
-    let convert = |style| to_bspline(curve, style, CONTINUITY_TOLERANCE).unwrap().curve;
+    let convert = |style| to_bspline(&Context::default(), curve, style, CONTINUITY_TOLERANCE).unwrap().curve;
     let (uniform, clamped) = (convert(KnotStyle::Uniform), convert(KnotStyle::Clamped));
     let expected: Vec<Point<D>> = points(&case["uniform_control_points"]);
     let size = magnitude(control_points(curve));
@@ -106,7 +107,7 @@ fn interpolant<const D: usize>(case: &Value) -> Interpolant<D> {
         other => panic!("{other}"),
     };
     let bases = numbers(&case["betas"]).into_iter().map(|beta| Basis::Beta(Beta::from_beta(beta).unwrap())).collect();
-    interpolate(&points(&case["points"]), shape, Bases::PerSegment(bases), &rule).unwrap()
+    interpolate(&Context::default(), &points(&case["points"]), shape, Bases::PerSegment(bases), &rule).unwrap()
 }
 
 /// Bezier points are computed from the control points returned, so their errors are relative to those.
@@ -116,7 +117,7 @@ fn interpolation<const D: usize>(case: &Value) -> f64 {
     let knots = numbers(&case["knots"]);
     let of_knots = curve.breaks().as_slice().iter().zip(&knots).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let polygons: Vec<_> = (0..knots.len() - 1).flat_map(|i| curve.polygon(i).to_vec()).collect();
-    let bezier: Vec<_> = curve.composite().unwrap().segments().flatten().collect();
+    let bezier: Vec<_> = curve.composite(&Context::default()).unwrap().segments().flatten().collect();
     let expected = flat(&case["beta_segments"]);
     let of_points = difference(&polygons, &expected).max(difference(&bezier, &flat(&case["bezier_segments"])));
     (of_knots / knots[knots.len() - 1]).max(of_points / magnitude(&expected))

@@ -1,6 +1,7 @@
 //! Bytes to any curve the core can be asked for, valid or not.
 
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, Shape};
+use springline::core::context::Context;
 use springline::core::curve::{BSpline, Bases, Curve, Piecewise, Single};
 use springline::core::error::{Error, Fault};
 use springline::core::evaluate::{Quantities, Samples, Sampling, evaluate};
@@ -20,14 +21,14 @@ fn works<const D: usize>(mut source: Source) -> bool {
     let Ok(curve) = source.curve::<D>() else { return false };
     let all = Quantities { tangent: true, normal: true, curvature: true, torsion: D == 3, speed: true };
     for sampling in [Sampling::Count(2 + source.below(30)), Sampling::Parameters(source.numbers(3))] {
-        match evaluate(&curve, &sampling, source.below(5), all) {
+        match evaluate(&Context::default(), &curve, &sampling, source.below(5), all) {
             Ok(samples) => stays_inside(&curve, &samples),
             Err(error) => assert!(is_expected(&error.fault), "{error:?}"),
         }
     }
     // These refuse what they cannot do; they must not panic.
-    let _ = subdivide(&curve, &Cuts::Depth(1), Form::Auto);
-    let _ = to_bspline(&curve, KnotStyle::Clamped, 1e-9);
+    let _ = subdivide(&Context::default(), &curve, &Cuts::Depth(1), Form::Auto);
+    let _ = to_bspline(&Context::default(), &curve, KnotStyle::Clamped, 1e-9);
     true
 }
 
@@ -103,7 +104,7 @@ impl Source<'_> {
             1 => Basis::Beta(Beta::from_beta(self.number())?),
             2 => Basis::Beta(Beta::from_lambda(self.number())?),
             3 => Basis::AlphaBeta(AlphaBeta::new(self.number(), self.number())?),
-            _ => Basis::Quasi(Quasi::new(self.shape())?),
+            _ => Basis::Quasi(Quasi::new(&Context::default(), self.shape())?),
         })
     }
 
@@ -143,14 +144,14 @@ impl Source<'_> {
         match self.below(3) {
             0 => {
                 let count = self.below(12);
-                Ok(Curve::Single(Single::new(self.basis()?, self.points(count))?))
+                Ok(Curve::Single(Single::new(&Context::default(), self.basis()?, self.points(count))?))
             }
             1 => self.piecewise().map(Curve::Piecewise),
             _ => {
                 let (degree, spare) = (self.below(6), self.below(6));
                 let count = degree + 1 + spare;
                 let knots = self.increasing(count + degree + 1);
-                Ok(Curve::BSpline(BSpline::new(degree, knots, self.points(count), self.below(4) == 0)?))
+                Ok(Curve::BSpline(BSpline::new(&Context::default(), degree, knots, self.points(count), self.below(4) == 0)?))
             }
         }
     }
@@ -161,7 +162,7 @@ impl Source<'_> {
             0 => Bases::Common(self.basis()?),
             _ => Bases::PerSegment((0..segments).map(|_| self.basis()).collect::<Result<_, _>>()?),
         };
-        let breaks = Breaks::new(self.increasing(segments + 1))?;
-        Piecewise::new(bases, order, breaks, self.below(4) == 0, self.points(segments * order + 1))
+        let breaks = Breaks::new(&Context::default(), self.increasing(segments + 1))?;
+        Piecewise::new(&Context::default(), bases, order, breaks, self.below(4) == 0, self.points(segments * order + 1))
     }
 }

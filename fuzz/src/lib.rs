@@ -13,6 +13,7 @@ use springline::api::memory;
 use springline::api::operations::{self, Operation, Output, OutputKind, Visitor};
 use springline::api::output::Format;
 use springline::api::problem::Problem;
+use springline::core::context::Context;
 
 /// What must hold for any body of an operation; whether the operation succeeds.
 pub type Law = fn(&[u8]) -> bool;
@@ -35,8 +36,9 @@ pub fn laws() -> Vec<(&'static str, Law)> {
 type Outcome = Result<Vec<u8>, Problem>;
 
 fn holds<O: Operation>(body: &[u8]) -> bool {
-    let run = |body: &[u8]| written(&O::compute(from_bytes(body)?)?);
-    let printed = from_bytes::<O::Request>(body).map(|request| to_bytes(&request).expect("a request that was read can be written"));
+    let run = |body: &[u8]| written(&O::compute(&Context::default(), from_bytes(&Context::default(), body)?)?);
+    let printed = from_bytes::<O::Request>(&Context::default(), body)
+        .map(|request| to_bytes(&request).expect("a request that was read can be written"));
     let outcome = run(body);
     // Asked again, and where there is a request, in other words.
     let again = run(printed.as_deref().unwrap_or(body));
@@ -83,7 +85,7 @@ fn has_null(value: &Value) -> bool {
 }
 
 fn written(answer: &impl Output) -> Outcome {
-    let mut buffer = Buffer::new(&memory::unlimited());
+    let mut buffer = Buffer::new(&Context::default(), &memory::unlimited());
     answer.write(Format::default(), &mut buffer).map(|()| buffer.finish().concat())
 }
 

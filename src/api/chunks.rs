@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn a_chunk_after_an_appended_text_is_paid_for() {
-        let mut buffer = Buffer::new(&budget(0));
+        let mut buffer = Buffer::new(&Context::default(), &budget(0));
         buffer.append(buffer.sibling().finish());
         assert!(buffer.reserve(1).is_err());
         assert!(buffer.write_all(b"x").is_err());
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn the_budget_ends_the_text() {
-        let mut buffer = Buffer::new(&budget(1));
+        let mut buffer = Buffer::new(&Context::default(), &budget(1));
         let lines = std::iter::repeat_with(|| buffer.write_all(&[0; 1000]));
         let written = lines.take_while(Result::is_ok).count();
         assert_eq!(written, 2 * (CHUNK / 1000), "the first chunk is free, the second is paid for");

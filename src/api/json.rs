@@ -217,7 +217,7 @@ mod tests {
     use super::*;
 
     fn written(numbers: &[f64]) -> Result<Vec<u8>, Problem> {
-        let mut buffer = Buffer::new(&memory::limited(0));
+        let mut buffer = Buffer::new(&Context::default(), &memory::limited(0));
         write(&numbers.to_vec(), Format::default(), &mut buffer).map(|()| buffer.finish().concat())
     }
 

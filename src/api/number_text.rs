@@ -221,6 +221,7 @@ impl Line {
 mod tests {
     use super::*;
     use crate::api::memory;
+    use crate::core::context::Context;
 
     fn values(count: usize) -> Vec<f64> {
         (0..count).map(|i| (i as f64 * 0.7).sin() * 10f64.powi(i as i32 % 40 - 20)).collect()
@@ -228,7 +229,7 @@ mod tests {
 
     fn written(columns: usize, values: &[f64], format: Format, threads: usize) -> Vec<u8> {
         let budget = memory::limited(1 << 30);
-        let mut buffer = Buffer::new(&budget).with_threads(threads);
+        let mut buffer = Buffer::new(&Context::default(), &budget).with_threads(threads);
         Numbers { columns, values }.write_json(format, &mut NumberText::default(), &mut buffer).unwrap();
         buffer.finish().concat()
     }
@@ -250,7 +251,7 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_is_refused() {
-        let mut buffer = Buffer::new(&memory::unlimited());
+        let mut buffer = Buffer::new(&Context::default(), &memory::unlimited());
         for (precision, value) in [(Precision::Full, f64::INFINITY), (Precision::Full, f64::NAN), (Precision::Single, 1e39)] {
             let numbers = Numbers { columns: 2, values: &[1.0, value] };
             assert!(numbers.write_raw(precision, &mut buffer).is_err());
@@ -261,7 +262,7 @@ mod tests {
     #[test]
     fn a_budget_that_is_spent_ends_a_list_of_many_threads() {
         let budget = memory::limited(0);
-        let mut buffer = Buffer::new(&budget).with_threads(2);
+        let mut buffer = Buffer::new(&Context::default(), &budget).with_threads(2);
         let numbers = Numbers { columns: 3, values: &values(300_000) };
         assert!(numbers.write_json(Format::default(), &mut NumberText::default(), &mut buffer).is_err());
     }

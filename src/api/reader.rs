@@ -373,7 +373,7 @@ mod tests {
 
     /// Whether it was read; if so, `serde_json` must read the same.
     fn agrees(text: &[u8]) -> bool {
-        let Ok(value) = read::<Value>(text) else { return false };
+        let Ok(value) = read::<Value>(&Context::default(), text) else { return false };
         let theirs: Value = serde_json::from_slice(text).unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(text)));
         assert_eq!(format!("{value:?}"), format!("{theirs:?}"), "{}", String::from_utf8_lossy(text));
         true

@@ -229,13 +229,14 @@ mod tests {
     use super::*;
     use crate::api::memory;
     use crate::api::operations::TABLE;
+    use crate::core::context::Context;
 
     /// The text of an answer, read by another program and written by it in the order it came in.
     #[test]
     fn answers_are_json_as_others_write_it() {
         for (entry, example) in TABLE.iter().flat_map(|entry| entry.examples.iter().map(move |example| (entry, example))) {
-            let mut buffer = Buffer::new(&memory::limited(1 << 30));
-            (entry.answer_json)(example.body.as_bytes(), Format::default(), &mut buffer).unwrap();
+            let mut buffer = Buffer::new(&Context::default(), &memory::limited(1 << 30));
+            (entry.answer_json)(&Context::default(), example.body.as_bytes(), Format::default(), &mut buffer).unwrap();
             let text = String::from_utf8(buffer.finish().concat()).unwrap();
             let value: Value = serde_json::from_str(&text).unwrap();
             let mut lengths = [text.len(), value.to_string().len()];

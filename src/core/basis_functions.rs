@@ -3,7 +3,6 @@
 use super::basis::{Basis, Properties, ShapeMatrix};
 use super::bezier_form::bernstein;
 use super::error::{At, Error, Fault, at_least, at_most};
-use super::limits;
 use crate::core::context::Context;
 
 /// A basis at one order, sampled.
@@ -88,7 +87,7 @@ mod tests {
     fn alpha_beta_functions_are_equation_8() {
         for (alpha, beta) in [(1.0, 3.0), (0.4, 1.5), (0.7, 2.9)] {
             let basis = Basis::AlphaBeta(AlphaBeta::new(alpha, beta).unwrap());
-            let sampled = basis_functions(&basis, 3, 11).unwrap();
+            let sampled = basis_functions(&Context::default(), &basis, 3, 11).unwrap();
             for (i, &t) in sampled.parameters.iter().enumerate() {
                 let expected = equation_8(alpha, beta, t);
                 assert!((0..4).all(|j| (sampled.values[j][i] - expected[j]).abs() < 1e-15 * 8.0), "{alpha} {beta} {t}");

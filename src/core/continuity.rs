@@ -213,8 +213,9 @@ mod tests {
 
     fn classes(knots: &[f64], segments: &[Vec<Point<2>>]) -> Joint {
         let segments = segments.iter().map(|points| Segment { origin: Point::ZERO, points });
-        let composite = Composite::from_segments(Breaks::new(knots.to_vec()).unwrap(), segments).unwrap();
-        continuity(&composite, false, Tolerance::default()).unwrap().joints[0]
+        let composite =
+            Composite::from_segments(&Context::default(), Breaks::new(&Context::default(), knots.to_vec()).unwrap(), segments).unwrap();
+        continuity(&Context::default(), &composite, false, Tolerance::default()).unwrap().joints[0]
     }
 
     fn line(points: &[[f64; 2]]) -> Vec<Point<2>> {
@@ -260,16 +261,17 @@ mod tests {
         let segments: Vec<_> = (0..5).map(f64::from).map(|x| line(&[[x, 0.0], [x + 0.5, x * x], [x + 1.0, 0.1 * x]])).collect();
         let composite = |knots: &[f64], of: &[usize]| {
             let points = of.iter().flat_map(|&i| segments[i].clone()).collect();
-            Composite::from_flat(Breaks::new(knots.to_vec()).unwrap(), 2, points)
+            Composite::from_flat(Breaks::new(&Context::default(), knots.to_vec()).unwrap(), 2, points)
         };
         let knots = [0.0, 1.0, 3.0, 3.5, 5.0, 5.25];
-        let joints = continuity(&composite(&knots, &[0, 1, 2, 3, 4]), true, Tolerance::default()).unwrap().joints;
+        let joints = continuity(&Context::default(), &composite(&knots, &[0, 1, 2, 3, 4]), true, Tolerance::default()).unwrap().joints;
         assert_eq!(joints.len(), 5);
         for i in 0..4 {
-            let alone = continuity(&composite(&knots[i..i + 3], &[i, i + 1]), false, Tolerance::default()).unwrap().joints[0];
+            let alone =
+                continuity(&Context::default(), &composite(&knots[i..i + 3], &[i, i + 1]), false, Tolerance::default()).unwrap().joints[0];
             assert_eq!(joints[i], alone);
         }
-        let seam = continuity(&composite(&[5.0, 5.25, 6.25], &[4, 0]), false, Tolerance::default()).unwrap().joints[0];
+        let seam = continuity(&Context::default(), &composite(&[5.0, 5.25, 6.25], &[4, 0]), false, Tolerance::default()).unwrap().joints[0];
         assert_eq!(joints[4], seam);
     }
 

@@ -98,7 +98,7 @@ mod tests {
     fn the_construction_leads_to_the_bezier_points() {
         let points = [[0.0, 0.0], [1.0, 3.0], [4.0, 2.0], [5.0, -1.0]].map(Point);
         for beta in [0.0, 0.7, 5.0] {
-            let single = Single::new(Basis::Beta(Beta::from_beta(beta).unwrap()), points.to_vec()).unwrap();
+            let single = Single::new(&Context::default(), Basis::Beta(Beta::from_beta(beta).unwrap()), points.to_vec()).unwrap();
             let q = single.bezier_points();
             let r = Construction::new(beta, points);
             assert!(r.r11.lerp(r.r12, beta / (1.0 + beta)).distance(q[1]) < 1e-15 * 8.0);
@@ -109,12 +109,12 @@ mod tests {
     #[test]
     fn there_and_back_is_the_same_curve() {
         let points: Vec<_> = [[0.0, 0.0], [1.0, 3.0], [4.0, 2.0], [5.0, -1.0]].map(Point).to_vec();
-        let curve = Curve::Single(Single::new(Basis::Bezier(Bezier), points.clone()).unwrap());
-        let bent = convert(&curve, Basis::Beta(Beta::from_beta(2.0).unwrap()), None).unwrap();
-        let back = convert(&bent.curve, Basis::Bezier(Bezier), None).unwrap();
+        let curve = Curve::Single(Single::new(&Context::default(), Basis::Bezier(Bezier), points.clone()).unwrap());
+        let bent = convert(&Context::default(), &curve, Basis::Beta(Beta::from_beta(2.0).unwrap()), None).unwrap();
+        let back = convert(&Context::default(), &bent.curve, Basis::Bezier(Bezier), None).unwrap();
         assert!(back.curve.control_points().iter().zip(&points).all(|(p, q)| p.distance(*q) < 1e-13));
-        let high = convert(&curve, Basis::Bezier(Bezier), Some(6)).unwrap();
+        let high = convert(&Context::default(), &curve, Basis::Bezier(Bezier), Some(6)).unwrap();
         assert_eq!(high.curve.control_points().len(), 7);
-        assert_eq!(convert(&high.curve, Basis::Bezier(Bezier), Some(3)).unwrap_err().place.to_string(), "/order");
+        assert_eq!(convert(&Context::default(), &high.curve, Basis::Bezier(Bezier), Some(3)).unwrap_err().place.to_string(), "/order");
     }
 }

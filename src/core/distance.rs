@@ -52,7 +52,7 @@ mod tests {
     #[test]
     fn the_largest_norm_of_an_arch_is_at_its_top() {
         let arch = vec![Point([0.0, 0.0]), Point([0.0, 4.0]), Point([0.0, 0.0])];
-        let largest = |points, known| largest_norm(points, known, &mut context.pace()).unwrap();
+        let largest = |points, known| largest_norm(points, known, &mut Context::default().pace()).unwrap();
         assert!((largest(arch.clone(), 0.0) - 2.0).abs() < 2e-9);
         assert_eq!(largest(arch, 5.0), 5.0);
         assert_eq!(largest(vec![Point([3.0, 4.0]); 4], 0.0), 5.0);

@@ -5,7 +5,6 @@ use super::curve::{Composite, Curve, Segment};
 use super::domain::Domain;
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::lanes::uniform;
-use super::limits;
 use super::point::{Point, magnitude};
 use crate::core::context::Context;
 

@@ -5,7 +5,6 @@ use super::continuity::{Report, Tolerance, piecewise_continuity};
 use super::curve::{Bases, PerSegment, Piecewise, finite_points};
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::knots::Breaks;
-use super::limits;
 use super::parameterization::Parameterization;
 use super::point::Point;
 use crate::core::context::Context;

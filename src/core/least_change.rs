@@ -221,7 +221,7 @@ mod tests {
                 conditions.push(condition(&[(0, 1.0), (1, 1.0), (12, -1.0), (13, 0.25)], 2.0));
                 conditions.push(condition(&[(0, 0.3), (13, 1.0)], -1.0));
             }
-            let change = least_change(14, conditions.clone(), seam).unwrap();
+            let change = least_change(&Context::default(), 14, conditions.clone(), seam).unwrap();
             let expected = by_pseudo_inverse(14, &conditions);
             let apart = change.values.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(apart < 1e-13 && change.violation < 1e-14, "seam {seam}: {apart:e}, {:e}", change.violation);
@@ -231,11 +231,11 @@ mod tests {
     #[test]
     fn what_cannot_be_met_is_told() {
         let same = [condition(&[(0, 1.0), (1, 1.0)], 1.0), condition(&[(0, 2.0), (1, 2.0)], 2.0)];
-        assert!(least_change(2, same.to_vec(), 0).unwrap().violation < 1e-14);
+        assert!(least_change(&Context::default(), 2, same.to_vec(), 0).unwrap().violation < 1e-14);
         let other = [same[0].clone(), condition(&[(0, 2.0), (1, 2.0)], 3.0)];
-        let change = least_change(2, other.to_vec(), 0).unwrap();
+        let change = least_change(&Context::default(), 2, other.to_vec(), 0).unwrap();
         assert_eq!(change.worst, 1);
         assert!(change.violation > 0.3);
-        assert_eq!(least_change(1, vec![condition(&[], 1.0)], 0).unwrap().violation, 1.0);
+        assert_eq!(least_change(&Context::default(), 1, vec![condition(&[], 1.0)], 0).unwrap().violation, 1.0);
     }
 }

@@ -98,7 +98,7 @@ mod tests {
     const SQUARE: [Point<2>; 4] = [Point([0.0, 0.0]), Point([4.0, 0.0]), Point([4.0, 9.0]), Point([0.0, 9.0])];
 
     fn knots(rule: Parameterization, closed: bool) -> Vec<f64> {
-        rule.knots(&SQUARE, closed).unwrap().as_slice().to_vec()
+        rule.knots(&Context::default(), &SQUARE, closed).unwrap().as_slice().to_vec()
     }
 
     #[test]
@@ -110,9 +110,11 @@ mod tests {
 
     #[test]
     fn the_second_of_two_repeated_points_is_named() {
-        let place = |points: &[Point<2>], closed| Parameterization::ChordLength.knots(points, closed).unwrap_err().place.to_string();
+        let place = |points: &[Point<2>], closed| {
+            Parameterization::ChordLength.knots(&Context::default(), points, closed).unwrap_err().place.to_string()
+        };
         assert_eq!(place(&[SQUARE[0], SQUARE[1], SQUARE[1], SQUARE[2]], false), "/points/2");
         assert_eq!(place(&[SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[0]], true), "/points/3");
-        assert!(Parameterization::Uniform.knots(&[SQUARE[0], SQUARE[0]], false).is_ok());
+        assert!(Parameterization::Uniform.knots(&Context::default(), &[SQUARE[0], SQUARE[0]], false).is_ok());
     }
 }

@@ -7,7 +7,6 @@ use super::domain::Domain;
 use super::error::{At, Error, Fault, at_most, increasing};
 use super::evaluate::{Piece, check_distance, check_tolerance, flat_pieces};
 use super::knots::Breaks;
-use super::limits;
 use super::point::Point;
 use crate::core::context::Context;
 

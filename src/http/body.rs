@@ -66,7 +66,7 @@ mod tests {
     #[tokio::test]
     async fn a_long_text_arrives_whole_and_frees_its_chunks() {
         let budget = budget(3);
-        let mut buffer = Buffer::new(&budget);
+        let mut buffer = Buffer::new(&crate::core::context::Context::default(), &budget);
         let line = [b'x'; 1000];
         (0..1000).for_each(|_| buffer.write_all(&line).unwrap());
         let chunks = buffer.finish();

@@ -3,6 +3,7 @@
 use proptest::collection::vec;
 use proptest::prelude::*;
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, Shape};
+use springline::core::context::Context;
 use springline::core::curve::{BSpline, Bases, Curve, Piecewise};
 use springline::core::knots::Breaks;
 use springline::core::point::Point;
@@ -36,7 +37,7 @@ pub fn alpha_beta() -> impl Strategy<Value = Basis> {
 pub fn yang_zeng(order: usize) -> impl Strategy<Value = Basis> {
     vec(0.05..0.95, order).prop_map(move |shares| {
         let lambdas = shares.iter().enumerate().map(|(k, share)| (k + 1) as f64 - share * (order + 1) as f64).collect();
-        Basis::Quasi(Quasi::new(Shape::Elevation { lambdas }).unwrap())
+        Basis::Quasi(Quasi::new(&Context::default(), Shape::Elevation { lambdas }).unwrap())
     })
 }
 
@@ -45,7 +46,7 @@ pub fn wu() -> impl Strategy<Value = Basis> {
     (-1.9..0.9).prop_map(|l: f64| {
         let first = (1.0 - l) / 3.0;
         let seed = vec![vec![1.0, 0.0, 0.0], vec![first, 1.0 - first, 0.0], vec![0.0, 1.0 - first, first], vec![0.0, 0.0, 1.0]];
-        Basis::Quasi(Quasi::new(Shape::Recursive { seed }).unwrap())
+        Basis::Quasi(Quasi::new(&Context::default(), Shape::Recursive { seed }).unwrap())
     })
 }
 
@@ -62,7 +63,7 @@ pub fn matrix(order: usize, more: usize) -> impl Strategy<Value = Basis> {
             let sum: f64 = row.iter().sum();
             row.iter_mut().for_each(|m| *m /= sum);
         }
-        Basis::Quasi(Quasi::new(Shape::Matrix { rows }).unwrap())
+        Basis::Quasi(Quasi::new(&Context::default(), Shape::Matrix { rows }).unwrap())
     })
 }
 
@@ -109,7 +110,9 @@ pub fn piecewise<const D: usize>() -> impl Strategy<Value = Curve<D>> {
             let last = points.len() - 1;
             points[last] = points[0];
         }
-        Curve::Piecewise(Piecewise::new(bases, order, Breaks::new(breaks).unwrap(), closed, points).unwrap())
+        Curve::Piecewise(
+            Piecewise::new(&Context::default(), bases, order, Breaks::new(&Context::default(), breaks).unwrap(), closed, points).unwrap(),
+        )
     })
 }
 
@@ -134,7 +137,7 @@ pub fn bspline<const D: usize>(degrees: std::ops::Range<usize>, smooth: usize) -
     degrees
         .prop_flat_map(parts)
         .prop_flat_map(with_points)
-        .prop_map(|(degree, knots, points)| Curve::BSpline(BSpline::new(degree, knots, points, false).unwrap()))
+        .prop_map(|(degree, knots, points)| Curve::BSpline(BSpline::new(&Context::default(), degree, knots, points, false).unwrap()))
 }
 
 /// A curve of any kind without jumps.

@@ -8,6 +8,7 @@ use proptest::test_runner::{Config, RngSeed, TestError, TestRunner};
 use serde_json::Value;
 use springline::api::wire::{self as wire, Dimensioned};
 use springline::core::basis::Basis;
+use springline::core::context::Context;
 use springline::core::curve::{Composite, Curve, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::point::{Point, magnitude};
@@ -20,7 +21,7 @@ pub fn cases(file: &str) -> Vec<Value> {
 
 /// A curve in the JSON of the API.
 pub fn parse(value: &Value) -> Dimensioned {
-    serde_json::from_value::<wire::Curve>(value.clone()).unwrap().parse().unwrap()
+    serde_json::from_value::<wire::Curve>(value.clone()).unwrap().parse(&Context::default()).unwrap()
 }
 
 /// A plane curve in the JSON of the API.
@@ -63,17 +64,17 @@ pub fn at<const D: usize>(curve: &Curve<D>, parameters: &[f64]) -> Vec<Point<D>>
     if parameters.is_empty() {
         return vec![];
     }
-    evaluate(curve, &Sampling::Parameters(parameters.to_vec()), 0, Quantities::default()).unwrap().points
+    evaluate(&Context::default(), curve, &Sampling::Parameters(parameters.to_vec()), 0, Quantities::default()).unwrap().points
 }
 
 /// `lists[k][i]`: derivative `k` at parameter `i`.
 pub fn jets<const D: usize>(curve: &Curve<D>, parameters: &[f64], orders: usize) -> Vec<Vec<Point<D>>> {
-    let samples = evaluate(curve, &Sampling::Parameters(parameters.to_vec()), orders, Quantities::default()).unwrap();
+    let samples = evaluate(&Context::default(), curve, &Sampling::Parameters(parameters.to_vec()), orders, Quantities::default()).unwrap();
     std::iter::once(samples.points).chain(samples.derivatives).collect()
 }
 
 pub fn domain<const D: usize>(curve: &Curve<D>) -> (f64, f64) {
-    curve.composite().unwrap().breaks().domain()
+    curve.composite(&Context::default()).unwrap().breaks().domain()
 }
 
 /// `count + 1` parameters from end to end.
@@ -83,7 +84,7 @@ pub fn even<const D: usize>(curve: &Curve<D>, count: usize) -> Vec<f64> {
 }
 
 pub fn single<const D: usize>(basis: Basis, points: Vec<Point<D>>) -> Curve<D> {
-    Curve::Single(Single::new(basis, points).unwrap())
+    Curve::Single(Single::new(&Context::default(), basis, points).unwrap())
 }
 
 pub fn control_points<const D: usize>(curve: &Curve<D>) -> &[Point<D>] {
@@ -96,7 +97,7 @@ pub fn control_points<const D: usize>(curve: &Curve<D>) -> &[Point<D>] {
 
 /// The largest absolute coordinate of a control point or Bezier point.
 pub fn size<const D: usize>(curve: &Curve<D>) -> f64 {
-    curve.composite().unwrap().magnitude().max(magnitude(control_points(curve)))
+    curve.composite(&Context::default()).unwrap().magnitude().max(magnitude(control_points(curve)))
 }
 
 /// The largest distance between points of two lists of equal length; NaN counts as infinite.
@@ -108,7 +109,9 @@ pub fn apart<const D: usize>(some: &[Point<D>], others: &[Point<D>]) -> f64 {
 
 /// The largest distance between two curves at parameters inside every segment of both, and away from joints.
 pub fn curves_apart<const D: usize>(one: &Curve<D>, other: &Curve<D>) -> f64 {
-    let parameters = inner_parameters(&one.composite().unwrap()).chain(inner_parameters(&other.composite().unwrap())).collect::<Vec<_>>();
+    let parameters = inner_parameters(&one.composite(&Context::default()).unwrap())
+        .chain(inner_parameters(&other.composite(&Context::default()).unwrap()))
+        .collect::<Vec<_>>();
     apart(&at(one, &parameters), &at(other, &parameters))
 }
 

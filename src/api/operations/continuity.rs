@@ -9,7 +9,6 @@ use crate::core::context::Context;
 use crate::core::continuity as core;
 use crate::core::curve::{self, Composite};
 use crate::core::error::{At, Error, Fault, at_most, both};
-use crate::core::limits;
 use crate::core::to_bspline::check_tolerance;
 
 crate::object! {

@@ -173,7 +173,7 @@ mod tests {
     fn joints_are_listed_on_demand_and_measured_always() {
         let ask = |report: &str| {
             let body = format!(r#"{{"points":[[0,0],[1,2],[3,1],[4,5]]{report}}}"#);
-            operation(serde_json::from_str(&body).unwrap()).unwrap().continuity
+            operation(&Context::default(), serde_json::from_str(&body).unwrap()).unwrap().continuity
         };
         let (default, full) = (ask(""), ask(r#","report":"full""#));
         assert_eq!((default.joints.is_none(), full.joints.map(|joints| joints.len())), (true, Some(2)));

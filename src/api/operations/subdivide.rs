@@ -148,7 +148,7 @@ pub fn operation(context: &Context, request: SubdivideRequest) -> Result<Subdivi
 }
 
 fn parts(context: &Context, curve: Option<Curve>, at: Option<Cuts>) -> Result<(Dimensioned, core::Cuts), Error> {
-    both(part(curve, "curve", |value| value.parse(context)), part(at, "at", |value| value.parse(context)))
+    both(part(curve, "curve", |value| value.parse(context)), part(at, "at", Cuts::parse))
 }
 
 fn cut<const D: usize>(context: &Context, curve: &curve::Curve<D>, at: &core::Cuts, form: Form, tolerance: Option<f64>) -> Result<SubdivideAnswer, Error>

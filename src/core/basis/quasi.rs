@@ -202,12 +202,14 @@ mod tests {
     use super::*;
 
     fn place_of(shape: Shape) -> String {
-        Quasi::new(shape).unwrap_err().place.to_string()
+        Quasi::new(&Context::default(), shape).unwrap_err().place.to_string()
     }
 
     #[test]
     fn symmetric_shapes_follow_equation_29() {
-        let quasi = Quasi::new(Shape::Symmetric { degree: 4, upper_rows: vec![vec![0.25, 0.75, 0.0], vec![0.25, 0.5, 0.25]] }).unwrap();
+        let quasi =
+            Quasi::new(&Context::default(), Shape::Symmetric { degree: 4, upper_rows: vec![vec![0.25, 0.75, 0.0], vec![0.25, 0.5, 0.25]] })
+                .unwrap();
         let rows: Vec<_> = quasi.given.rows().map(<[f64]>::to_vec).collect();
         let expected = [[1.0, 0.0, 0.0], [0.25, 0.75, 0.0], [0.25, 0.5, 0.25], [0.0, 0.75, 0.25], [0.0, 0.0, 1.0]];
         assert_eq!(rows, expected);
@@ -218,17 +220,23 @@ mod tests {
 
     #[test]
     fn zero_lambdas_are_degree_elevation() {
-        let quasi = Quasi::new(Shape::Elevation { lambdas: vec![0.0; 4] }).unwrap();
+        let quasi = Quasi::new(&Context::default(), Shape::Elevation { lambdas: vec![0.0; 4] }).unwrap();
         assert!(quasi.given.properties().degenerates_to_bernstein);
-        let bent = Quasi::new(Shape::Elevation { lambdas: vec![0.5, -0.2, 0.2, -0.5] }).unwrap().given.properties();
+        let bent = Quasi::new(&Context::default(), Shape::Elevation { lambdas: vec![0.5, -0.2, 0.2, -0.5] }).unwrap().given.properties();
         assert!(bent.symmetric && !bent.degenerates_to_bernstein, "lambda_i = -lambda_(n+1-i) is symmetric");
-        assert!(!Quasi::new(Shape::Elevation { lambdas: vec![0.5, -0.2, 0.3, -0.5] }).unwrap().given.properties().symmetric);
+        assert!(
+            !Quasi::new(&Context::default(), Shape::Elevation { lambdas: vec![0.5, -0.2, 0.3, -0.5] })
+                .unwrap()
+                .given
+                .properties()
+                .symmetric
+        );
     }
 
     #[test]
     fn raising_the_bernstein_seed_stays_bernstein() {
         let seed = vec![vec![1.0, 0.0, 0.0], vec![1.0 / 3.0, 2.0 / 3.0, 0.0], vec![0.0, 2.0 / 3.0, 1.0 / 3.0], vec![0.0, 0.0, 1.0]];
-        let quasi = Quasi::new(Shape::Recursive { seed }).unwrap();
+        let quasi = Quasi::new(&Context::default(), Shape::Recursive { seed }).unwrap();
         assert_eq!(quasi.degree(5), Ok(6));
         assert!(quasi.shape_matrix(5).properties().degenerates_to_bernstein);
         assert!(quasi.degree(1).is_err());
@@ -237,7 +245,7 @@ mod tests {
     #[test]
     fn faults_point_at_the_entry() {
         let rows = |m: [[f64; 2]; 3]| Shape::Matrix { rows: m.iter().map(|r| r.to_vec()).collect() };
-        let each = Quasi::new(rows([[1.0, 0.0], [-0.1, 1.1], [0.0, 1.0]])).unwrap_err().each();
+        let each = Quasi::new(&Context::default(), rows([[1.0, 0.0], [-0.1, 1.1], [0.0, 1.0]])).unwrap_err().each();
         assert_eq!(each.iter().map(|error| error.place.to_string()).collect::<Vec<_>>(), ["/rows/1/0", "/rows/1/1"]);
         assert_eq!(place_of(rows([[1.0, 0.0], [0.5, 0.4], [0.0, 1.0]])), "/rows/1");
         assert_eq!(place_of(rows([[0.5, 0.5], [0.5, 0.5], [0.5, 0.5]])), "");

@@ -333,7 +333,7 @@ mod tests {
 
     fn wave(degree: usize, knots: &[f64], size: f64) -> Composite<3> {
         let points = (0..(degree + 1) * (knots.len() - 1)).map(|i| Point([0, 1, 2].map(|k| size * (number(3 * i + k) - 0.5)))).collect();
-        Composite::from_flat(Breaks::new(knots.to_vec()).unwrap(), degree, points)
+        Composite::from_flat(Breaks::new(&Context::default(), knots.to_vec()).unwrap(), degree, points)
     }
 
     /// Parameters in order and out of order, with every joint and both ends; a number of them that fills no group of lanes.
@@ -349,8 +349,8 @@ mod tests {
             for degree in (0..=9).chain([33, 64]) {
                 for size in [1.0, 1e-300, 1e308] {
                     let curve = wave(degree, &knots, size);
-                    let (evaluator, parameters) = (curve.evaluator().unwrap(), parameters(&knots));
-                    let together = evaluator.sample(&parameters).unwrap();
+                    let (evaluator, parameters) = (curve.evaluator(&Context::default()).unwrap(), parameters(&knots));
+                    let together = evaluator.sample(&Context::default(), &parameters).unwrap();
                     assert_eq!(together.len(), parameters.len());
                     for (&t, p) in parameters.iter().zip(together) {
                         assert_eq!(p.0.map(f64::to_bits), evaluator.at(t).0.map(f64::to_bits), "degree {degree} at {t}");
@@ -367,7 +367,7 @@ mod tests {
     #[test]
     fn ends_are_met_exactly() {
         let curve = wave(64, &[0.1, 0.3, 0.7], 1.0);
-        let ends = curve.evaluator().unwrap().sample(&[0.1, 0.3, 0.7]).unwrap();
+        let ends = curve.evaluator(&Context::default()).unwrap().sample(&Context::default(), &[0.1, 0.3, 0.7]).unwrap();
         assert_eq!(ends, [curve.segment(0)[0], curve.segment(1)[0], curve.segment(1)[64]]);
     }
 }

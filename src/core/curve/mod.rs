@@ -15,7 +15,6 @@ use bytemuck::TransparentWrapper;
 
 use super::error::{Error, Fault, at_least, at_most};
 use super::lanes::are_finite;
-use super::limits;
 use super::point::Point;
 use crate::core::context::Context;
 

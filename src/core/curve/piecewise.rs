@@ -7,7 +7,6 @@ use crate::core::bezier_form::elevate;
 use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, at_most};
 use crate::core::knots::Breaks;
-use crate::core::limits;
 use crate::core::local::{localized, placed};
 use crate::core::point::Point;
 

@@ -5,7 +5,6 @@ use super::valid_points;
 use crate::core::basis::Basis;
 use crate::core::context::Context;
 use crate::core::error::{At, Error, at_most};
-use crate::core::limits;
 use crate::core::local::{localized, placed};
 use crate::core::point::Point;
 

@@ -119,7 +119,7 @@ mod tests {
     use crate::core::knots::Breaks;
 
     fn single(length: f64, bezier: Vec<Point<2>>) -> Composite<2> {
-        Composite::from_flat(Breaks::new(vec![0.0, length]).unwrap(), bezier.len() - 1, bezier)
+        Composite::from_flat(Breaks::new(&Context::default(), vec![0.0, length]).unwrap(), bezier.len() - 1, bezier)
     }
 
     fn curve() -> Composite<2> {
@@ -128,7 +128,7 @@ mod tests {
 
     /// Against the definition, sampled densely.
     fn sampled(curve: &Composite<2>, points: &[Point<2>], parameters: &[f64]) -> f64 {
-        let evaluator = curve.evaluator().unwrap();
+        let evaluator = curve.evaluator(&Context::default()).unwrap();
         let mut largest = 0.0f64;
         for i in 1..points.len() {
             let chord = Chord { start: points[i - 1], end: points[i] };
@@ -144,13 +144,14 @@ mod tests {
     #[test]
     fn it_is_what_dense_samples_find() {
         let curve = curve();
-        let evaluator = curve.evaluator().unwrap();
+        let evaluator = curve.evaluator(&Context::default()).unwrap();
         for count in [2, 3, 5, 9, 40] {
             let parameters: Vec<f64> = (0..count).map(|i| 2.0 * i as f64 / (count - 1) as f64).collect();
             for noise in [0.0, 0.01, 1.0] {
                 let off = |i: usize| Point([((i * 7) % 5) as f64 - 2.0, ((i * 11) % 7) as f64 - 3.0]) * noise;
                 let points: Vec<_> = parameters.iter().enumerate().map(|(i, &t)| evaluator.at(t) + off(i)).collect();
-                let (exact, dense) = (between(&curve, &points, &parameters).unwrap(), sampled(&curve, &points, &parameters));
+                let (exact, dense) =
+                    (between(&Context::default(), &curve, &points, &parameters).unwrap(), sampled(&curve, &points, &parameters));
                 assert!(exact >= dense * (1.0 - 1e-9) && exact <= dense * (1.0 + 1e-6), "{count} {noise}: {exact} {dense}");
             }
         }
@@ -160,8 +161,11 @@ mod tests {
     fn ends_without_points_count_and_the_order_of_the_list_does_not() {
         let line = single(1.0, vec![Point([0.0, 0.0]), Point([10.0, 0.0])]);
         let points = [Point([2.0, 0.0]), Point([6.0, 0.0])];
-        assert!((between(&line, &points, &[0.2, 0.6]).unwrap() - 4.0).abs() < 1e-12);
+        assert!((between(&Context::default(), &line, &points, &[0.2, 0.6]).unwrap() - 4.0).abs() < 1e-12);
         let turned = [points[1], points[0]];
-        assert_eq!(between(&line, &turned, &[0.6, 0.2]).unwrap(), between(&line, &points, &[0.2, 0.6]).unwrap());
+        assert_eq!(
+            between(&Context::default(), &line, &turned, &[0.6, 0.2]).unwrap(),
+            between(&Context::default(), &line, &points, &[0.2, 0.6]).unwrap()
+        );
     }
 }

@@ -73,6 +73,7 @@ pub(super) fn part<const D: usize>(bezier: &[Point<D>], from: f64, to: f64) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::context::Context;
 
     #[test]
     fn distances_from_a_segment_and_beyond_its_ends() {
@@ -90,7 +91,7 @@ mod tests {
     fn the_farthest_point_of_an_arch_is_its_top() {
         let arch = vec![Point([0.0, 0.0]), Point([0.0, 4.0]), Point([2.0, 4.0]), Point([2.0, 0.0])];
         let chord = Chord { start: arch[0], end: arch[3] };
-        let farthest = |known| chord.farthest(arch.clone(), known, f64::INFINITY, &mut context.pace()).unwrap();
+        let farthest = |known| chord.farthest(arch.clone(), known, f64::INFINITY, &mut Context::default().pace()).unwrap();
         assert!((farthest(0.0) - 3.0).abs() < 1e-8);
         assert_eq!(farthest(5.0), 5.0);
     }

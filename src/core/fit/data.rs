@@ -4,7 +4,6 @@ use super::Ends;
 use crate::core::context::Context;
 use crate::core::curve::finite_points;
 use crate::core::error::{At, Error, Fault, at_least, at_most, every};
-use crate::core::limits;
 use crate::core::point::Point;
 
 /// Points, weights and what happens at the ends.

@@ -160,17 +160,21 @@ mod tests {
         for ends in [Ends::Free, Ends::Interpolate] {
             for segments in [2, 3, 5, 8, 20] {
                 let weights = (0..90).map(|i| 1.0 + f64::from(i % 4)).collect();
-                let data = Data::new(points.clone(), Some(weights), ends).unwrap();
+                let data = Data::new(&Context::default(), points.clone(), Some(weights), ends).unwrap();
                 let breaks: Vec<f64> = (0..=segments).map(|k| parameters[89] * f64::from(k) / f64::from(segments)).collect();
-                let problem = |tolerance| Problem::new(Ordered::new(&data, &parameters), tolerance).unwrap();
-                let spline = problem(1.0).spline(&breaks).unwrap().unwrap();
+                let problem = |tolerance| Problem::new(&Context::default(), Ordered::new(&data, &parameters), tolerance).unwrap();
+                let spline = problem(1.0).spline(&Context::default(), &breaks).unwrap().unwrap();
                 for joint in 1..segments as usize {
                     let mut fewer = breaks.clone();
                     fewer.remove(joint);
-                    let whole = problem(1.0).spline(&fewer).unwrap().unwrap();
-                    let near = Local::new(&problem(1.0), &spline).map(|local| (local.segments_near(joint), local.starts.clone())).unwrap();
+                    let whole = problem(1.0).spline(&Context::default(), &fewer).unwrap().unwrap();
+                    let near = Local::new(&Context::default(), &problem(1.0), &spline)
+                        .map(|local| (local.segments_near(joint), local.starts.clone()))
+                        .unwrap();
                     let most = whole.distances[near.1[near.0.start]..near.1[near.0.end]].iter().copied().fold(0.0, f64::max);
-                    let misses = |tolerance| Local::new(&problem(tolerance), &spline).unwrap().misses(joint).unwrap();
+                    let misses = |tolerance| {
+                        Local::new(&Context::default(), &problem(tolerance), &spline).unwrap().misses(&Context::default(), joint).unwrap()
+                    };
                     assert!(misses(most * (1.0 - 1e-6)) && !misses(most * (1.0 + 1e-6)), "{ends:?} {segments} {joint}");
                 }
             }

@@ -138,10 +138,11 @@ pub(super) fn distinct(values: impl Iterator<Item = f64>) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::context::Context;
     use crate::core::point::Point;
 
     fn data(ends: Ends) -> Data<1> {
-        Data::new(vec![Point([0.0]), Point([1.0]), Point([1.0]), Point([4.0])], None, ends).unwrap()
+        Data::new(&Context::default(), vec![Point([0.0]), Point([1.0]), Point([1.0]), Point([4.0])], None, ends).unwrap()
     }
 
     #[test]
@@ -171,7 +172,7 @@ mod tests {
 
     #[test]
     fn coinciding_points_determine_nothing() {
-        let data = Data::new(vec![Point([2.0]); 5], None, Ends::Free).unwrap();
+        let data = Data::new(&Context::default(), vec![Point([2.0]); 5], None, Ends::Free).unwrap();
         assert_eq!(Parameters::Centripetal.on_domain(&data, 1.0).unwrap_err().place.to_string(), "/points");
         assert!(Parameters::Uniform.on_domain(&data, 1.0).is_ok());
     }

@@ -5,7 +5,6 @@ use super::spline::Spline;
 use super::through::through;
 use crate::core::context::Context;
 use crate::core::error::{Error, Fault, at_most};
-use crate::core::limits;
 
 /// After so many rounds every segment is split, so that the rounds that follow are few.
 const PATIENCE: usize = 40;

@@ -9,7 +9,6 @@ use crate::core::basis::{AlphaBeta, Basis};
 use crate::core::context::Context;
 use crate::core::curve::{valid_points, within_degrees};
 use crate::core::error::{At, Error, Fault, at_most};
-use crate::core::limits;
 use crate::core::point::{Point, magnitude};
 
 /// The solver for the shape of this family.

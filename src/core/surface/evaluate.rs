@@ -4,7 +4,6 @@ use super::{Direction, Patch, Surface};
 use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, at_least, at_most, both, every};
 use crate::core::gaps::derivative_size;
-use crate::core::limits;
 use crate::core::point::Point;
 
 /// Where to sample.
@@ -223,13 +222,13 @@ mod tests {
         let z = [[0.0, 2.0, 0.0], [-2.0, 0.0, -2.0], [0.0, 2.0, 0.0]];
         let point = |i: usize, j: usize| Point([i as f64 - 1.0, j as f64 - 1.0, z[i][j]]);
         let net = (0..3).map(|i| (0..3).map(|j| point(i, j)).collect()).collect();
-        Surface::new(Basis::Bezier(Bezier), Basis::Bezier(Bezier), net).unwrap()
+        Surface::new(&Context::default(), Basis::Bezier(Bezier), Basis::Bezier(Bezier), net).unwrap()
     }
 
     #[test]
     fn the_saddle_has_its_curvatures() {
         let all = SurfaceQuantities { normal: true, mean_curvature: true, gaussian_curvature: true };
-        let samples = evaluate(&saddle(), &Places::Grid(5, 7), 2, all).unwrap();
+        let samples = evaluate(&Context::default(), &saddle(), &Places::Grid(5, 7), 2, all).unwrap();
         for (i, p) in samples.points.iter().enumerate() {
             let (x, y) = (p[0], p[1]);
             assert!((p[2] - (x * x - y * y)).abs() < 1e-15 * 8.0);
@@ -247,8 +246,10 @@ mod tests {
     #[test]
     fn a_collapsed_edge_has_no_normal() {
         let net = vec![vec![Point([0.0; 3]); 2], vec![Point([1.0, 0.0, 0.0]), Point([0.0, 1.0, 0.0])]];
-        let surface = Surface::new(Basis::Bezier(Bezier), Basis::Bezier(Bezier), net).unwrap();
-        let samples = evaluate(&surface, &Places::Grid(2, 2), 0, SurfaceQuantities { normal: true, ..Default::default() }).unwrap();
+        let surface = Surface::new(&Context::default(), Basis::Bezier(Bezier), Basis::Bezier(Bezier), net).unwrap();
+        let samples =
+            evaluate(&Context::default(), &surface, &Places::Grid(2, 2), 0, SurfaceQuantities { normal: true, ..Default::default() })
+                .unwrap();
         assert_eq!(samples.degenerate, [0, 1]);
         assert_eq!(samples.normals[0], Point::ZERO);
     }

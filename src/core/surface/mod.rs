@@ -14,7 +14,6 @@ use super::basis::Basis;
 use super::curve::finite_points;
 use super::domain::Domain;
 use super::error::{At, Error, Fault, at_least, at_most};
-use super::limits;
 use super::point::Point;
 use crate::core::context::Context;
 

@@ -5,7 +5,6 @@ use super::{Direction, Patch, Surface};
 use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault};
 use crate::core::evaluate::check_tolerance;
-use crate::core::limits;
 use crate::core::point::Point;
 
 /// A mesh of triangles that share their vertices.

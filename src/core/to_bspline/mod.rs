@@ -12,7 +12,6 @@ mod spline;
 use super::bezier_form::split;
 use super::curve::{BSpline, Composite, Curve, Segment};
 use super::error::{At, Error, Fault, at_most};
-use super::limits;
 use super::point::Point;
 use crate::core::context::Context;
 use smooth::Knot;
