@@ -8,8 +8,8 @@ use springline::core::basis::{Basis, Beta, Bezier};
 use springline::core::curve::{BSpline, Bases, Curve, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::fit::{self, Ends, Parameters, Solve};
-use springline::core::interpolate::{End, Shape, interpolate};
-use springline::core::least_squares::LeastSquares;
+use springline::core::interpolate::{End, EndConditions, interpolate};
+use springline::core::linear::least_squares::LeastSquares;
 use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
 use springline::core::subdivide::{Cuts, Form, subdivide};
@@ -229,7 +229,7 @@ fn thomas(data: &[Point<2>]) -> Vec<[f64; 2]> {
 fn splines(count: usize) -> f64 {
     let data = wave(count);
     let ours = || {
-        let shape = Shape::Open(End::Natural, End::Natural);
+        let shape = EndConditions::Open(End::Natural, End::Natural);
         black_box(interpolate(black_box(&data), shape, Bases::Common(Basis::Bezier(Bezier)), &Parameterization::ChordLength).unwrap());
     };
     group(

@@ -1,6 +1,6 @@
 //! Bytes to any curve the core can be asked for, valid or not.
 
-use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, Shape};
+use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, ShapeParameters};
 use springline::core::context::Context;
 use springline::core::curve::{BSpline, Bases, Curve, Piecewise, Single};
 use springline::core::error::{Error, Fault};
@@ -108,14 +108,14 @@ impl Source<'_> {
         })
     }
 
-    fn shape(&mut self) -> Shape {
+    fn shape(&mut self) -> ShapeParameters {
         let (count, width) = (1 + self.below(5), 2 + self.below(4));
         let more = self.below(2);
         match self.below(4) {
-            0 => Shape::Matrix { rows: self.rows(width + more, width) },
-            1 => Shape::Symmetric { degree: 2 * count + more, upper_rows: self.rows(count, width) },
-            2 => Shape::Recursive { seed: self.rows(width + more, width) },
-            _ => Shape::Elevation { lambdas: self.numbers(count) },
+            0 => ShapeParameters::Matrix { rows: self.rows(width + more, width) },
+            1 => ShapeParameters::Symmetric { degree: 2 * count + more, upper_rows: self.rows(count, width) },
+            2 => ShapeParameters::Recursive { seed: self.rows(width + more, width) },
+            _ => ShapeParameters::Elevation { lambdas: self.numbers(count) },
         }
     }
 

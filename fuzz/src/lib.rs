@@ -1,6 +1,6 @@
 //! What holds for any bytes at all: one law for every operation, and one for the core. Each panics where it does not hold.
 //!
-//! `cargo test --test fuzz` drives them with mutated examples, cargo-fuzz with whatever reaches new code.
+//! `cargo test --test service fuzz::` drives them with mutated examples, cargo-fuzz with whatever reaches new code.
 
 mod curve;
 

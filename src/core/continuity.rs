@@ -4,10 +4,10 @@ use super::curve::{Composite, Piecewise, Segment};
 use super::error::Error;
 use super::gaps::{FEW, Gaps, Group, Order, orders, spline_orders};
 use super::knots::Breaks;
-use super::lanes::LANES;
 use super::limits;
 use super::point::Point;
 use crate::core::context::Context;
+use crate::core::linear::lanes::LANES;
 
 /// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives with
 /// respect to the parameter; a `C1` joint may well be `G2`, so the order is a convention: the highest class met is named.

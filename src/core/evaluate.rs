@@ -4,9 +4,9 @@ use super::bezier_form::{chord_error, split};
 use super::curve::{Composite, Curve, Segment};
 use super::domain::Domain;
 use super::error::{At, Error, Fault, at_least, at_most};
-use super::lanes::uniform;
 use super::point::{Point, magnitude};
 use crate::core::context::Context;
+use crate::core::linear::lanes::uniform;
 
 /// Where to sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -261,14 +261,14 @@ fn frames<const D: usize>(
         // Derivatives are as exact as differences of the control points are: they round in units of their own size.
         let rounding = [0, 1].map(|k| 8.0 * f64::EPSILON * size * gains[k][segment]);
         let jet = |k: usize| jets.get(k).map_or(Point::ZERO, |list| list[index]);
-        let frame = Frame::new([jet(1), jet(2), jet(3)], rounding);
+        let frame = MovingFrame::new([jet(1), jet(2), jet(3)], rounding);
         frames.push(index, frame, wanted);
     }
     Ok(frames)
 }
 
 /// The moving frame at one parameter; what does not exist is `None`.
-struct Frame<const D: usize> {
+struct MovingFrame<const D: usize> {
     speed: f64,
     tangent: Option<Point<D>>,
     normal: Option<Point<D>>,
@@ -276,13 +276,13 @@ struct Frame<const D: usize> {
     torsion: Option<f64>,
 }
 
-impl<const D: usize> Frame<D> {
+impl<const D: usize> MovingFrame<D> {
     /// From the first three derivatives and the rounding errors of the first two.
     fn new([first, second, third]: [Point<D>; 3], rounding: [f64; 2]) -> Self {
         let speed = first.norm();
         let tangent = if speed > rounding[0] { first.unit() } else { None };
         let Some(t) = tangent else {
-            return Frame { speed, tangent: None, normal: None, curvature: None, torsion: None };
+            return MovingFrame { speed, tangent: None, normal: None, curvature: None, torsion: None };
         };
         // The part of the second derivative across the tangent: curvature times speed squared.
         let across = second - t * t.dot(second);
@@ -290,11 +290,11 @@ impl<const D: usize> Frame<D> {
         if D == 2 {
             let left = Self::left_of(t);
             let curvature = left.dot(second) / speed / speed;
-            return Frame { speed, tangent, normal: Some(left), curvature: Some(curvature), torsion: None };
+            return MovingFrame { speed, tangent, normal: Some(left), curvature: Some(curvature), torsion: None };
         }
         let normal = if bend > rounding[1] { across.unit() } else { None };
         let torsion = normal.map(|n| triple(t, n, third) / bend / speed);
-        Frame { speed, tangent, normal, curvature: Some(bend / speed / speed), torsion }
+        MovingFrame { speed, tangent, normal, curvature: Some(bend / speed / speed), torsion }
     }
 
     /// A vector of the plane turned left by 90 degrees.
@@ -315,7 +315,7 @@ fn triple<const D: usize>(a: Point<D>, b: Point<D>, c: Point<D>) -> f64 {
 }
 
 impl<const D: usize> Frames<D> {
-    fn push(&mut self, index: usize, frame: Frame<D>, wanted: Quantities) {
+    fn push(&mut self, index: usize, frame: MovingFrame<D>, wanted: Quantities) {
         let vector = |list: &mut Vec<Point<D>>, asked: bool, value: Option<Point<D>>| {
             if asked {
                 list.push(value.unwrap_or(Point::ZERO));

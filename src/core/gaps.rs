@@ -2,8 +2,8 @@
 
 use super::bezier_form::difference;
 use super::curve::Segment;
-use super::lanes::LANES;
 use super::point::{Point, is_safe, larger};
+use crate::core::linear::lanes::LANES;
 
 /// One order of derivative over one segment.
 #[derive(Debug, Clone, Copy)]

@@ -23,7 +23,7 @@ pub enum End<const D: usize> {
 
 /// Whether the curve returns to its first point, and if not, what holds at its ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape<const D: usize> {
+pub enum EndConditions<const D: usize> {
     /// C2 also where it closes.
     Closed,
     /// With a condition at the start and one at the end.
@@ -54,18 +54,18 @@ pub struct Interpolant<const D: usize> {
 pub fn interpolate<const D: usize>(
     context: &Context,
     points: &[Point<D>],
-    shape: Shape<D>,
+    shape: EndConditions<D>,
     bases: Bases,
     parameterization: &Parameterization,
 ) -> Result<Interpolant<D>, Error> {
     check(context, points, shape)?;
-    let closed = shape == Shape::Closed;
+    let closed = shape == EndConditions::Closed;
     let segments = points.len() - usize::from(!closed);
     let ways = ways_back(context, &bases, segments)?;
     let breaks = parameterization.knots(context, points, closed)?;
     let derivatives = match shape {
-        Shape::Closed => closed_derivatives(points, &breaks),
-        Shape::Open(start, end) => open_derivatives(points, breaks.as_slice(), start, end),
+        EndConditions::Closed => closed_derivatives(points, &breaks),
+        EndConditions::Open(start, end) => open_derivatives(points, breaks.as_slice(), start, end),
     };
     // Solving takes a few milliseconds for the most points allowed.
     context.checkpoint()?;
@@ -95,17 +95,17 @@ fn overflow(error: Error) -> Error {
     if error.fault == Fault::Overflow { Fault::Overflow.into() } else { error }
 }
 
-fn check<const D: usize>(context: &Context, points: &[Point<D>], shape: Shape<D>) -> Result<(), Error> {
+fn check<const D: usize>(context: &Context, points: &[Point<D>], shape: EndConditions<D>) -> Result<(), Error> {
     let in_points = |fault: Fault| fault.at("points");
-    at_least("points", points.len(), if shape == Shape::Closed { 3 } else { 2 }).map_err(in_points)?;
+    at_least("points", points.len(), if shape == EndConditions::Closed { 3 } else { 2 }).map_err(in_points)?;
     at_most("points", points.len(), context.limits.data_points, "Interpolate them in parts").map_err(in_points)?;
-    let segments = points.len() - usize::from(shape != Shape::Closed);
+    let segments = points.len() - usize::from(shape != EndConditions::Closed);
     at_most("segments", segments, context.limits.segments, "Interpolate the points in parts").map_err(in_points)?;
     let control_points = 3 * segments + 1;
     at_most("control points in the answer", control_points, context.limits.control_points, "Interpolate the points in parts")
         .map_err(in_points)?;
     finite_points(points).at("points")?;
-    if let Shape::Open(start, end) = shape {
+    if let EndConditions::Open(start, end) = shape {
         let both = start == End::NotAKnot && end == End::NotAKnot;
         let least = if both { 4 } else { 3 };
         for (name, condition) in [("start", start), ("end", end)] {

@@ -6,10 +6,10 @@ use super::curve::{Bases, Piecewise, Single};
 use super::error::{At, Error, Fault, at_least, at_most};
 use super::joint_rows::{Side, derivative_row};
 use super::knots::Breaks;
-use super::least_change::{Condition, least_change};
 use super::limits;
 use super::point::{Point, magnitude};
 use crate::core::context::Context;
+use crate::core::linear::least_change::{Condition, least_change};
 
 /// Curves in one join.
 pub const CURVES: usize = 1000;

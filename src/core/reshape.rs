@@ -5,9 +5,9 @@ use super::curve::{Bases, Composite, Curve, Piecewise, Single};
 use super::distance::largest_distance;
 use super::error::{At, Error, Fault};
 use super::joint_rows::{Side, derivative_row};
-use super::least_change::{Condition, least_change};
 use super::point::Point;
 use crate::core::context::Context;
+use crate::core::linear::least_change::{Condition, least_change};
 
 /// What must survive at the joints.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, Shape};
+use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, ShapeParameters};
 use springline::core::context::Context;
 use springline::core::curve::{BSpline, Bases, Curve, Piecewise};
 use springline::core::knots::Breaks;
@@ -37,7 +37,7 @@ pub fn alpha_beta() -> impl Strategy<Value = Basis> {
 pub fn yang_zeng(order: usize) -> impl Strategy<Value = Basis> {
     vec(0.05..0.95, order).prop_map(move |shares| {
         let lambdas = shares.iter().enumerate().map(|(k, share)| (k + 1) as f64 - share * (order + 1) as f64).collect();
-        Basis::Quasi(Quasi::new(&Context::default(), Shape::Elevation { lambdas }).unwrap())
+        Basis::Quasi(Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas }).unwrap())
     })
 }
 
@@ -46,7 +46,7 @@ pub fn wu() -> impl Strategy<Value = Basis> {
     (-1.9..0.9).prop_map(|l: f64| {
         let first = (1.0 - l) / 3.0;
         let seed = vec![vec![1.0, 0.0, 0.0], vec![first, 1.0 - first, 0.0], vec![0.0, 1.0 - first, first], vec![0.0, 0.0, 1.0]];
-        Basis::Quasi(Quasi::new(&Context::default(), Shape::Recursive { seed }).unwrap())
+        Basis::Quasi(Quasi::new(&Context::default(), ShapeParameters::Recursive { seed }).unwrap())
     })
 }
 
@@ -63,7 +63,7 @@ pub fn matrix(order: usize, more: usize) -> impl Strategy<Value = Basis> {
             let sum: f64 = row.iter().sum();
             row.iter_mut().for_each(|m| *m /= sum);
         }
-        Basis::Quasi(Quasi::new(&Context::default(), Shape::Matrix { rows }).unwrap())
+        Basis::Quasi(Quasi::new(&Context::default(), ShapeParameters::Matrix { rows }).unwrap())
     })
 }
 

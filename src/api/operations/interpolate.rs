@@ -148,7 +148,7 @@ where
 }
 
 /// All but the points.
-type Parts<const D: usize> = (core::Shape<D>, curve::Bases, parameterization::Parameterization);
+type Parts<const D: usize> = (core::EndConditions<D>, curve::Bases, parameterization::Parameterization);
 
 fn parts<const D: usize>(context: &Context, request: InterpolateRequest) -> Result<Parts<D>, Error> {
     let closed = request.closed.unwrap_or(false);
@@ -162,7 +162,7 @@ fn parts<const D: usize>(context: &Context, request: InterpolateRequest) -> Resu
     let ends = both(end_of(request.start, "start"), end_of(request.end, "end"));
     let rule = request.parameterization.unwrap_or_else(Parameterization::default_rule).parse().at("parameterization");
     let ((bases, rule), (start, end)) = both(both(bases(context, request.basis, request.bases), rule), ends)?;
-    Ok((if closed { core::Shape::Closed } else { core::Shape::Open(start, end) }, bases, rule))
+    Ok((if closed { core::EndConditions::Closed } else { core::EndConditions::Open(start, end) }, bases, rule))
 }
 
 #[cfg(test)]

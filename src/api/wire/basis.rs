@@ -65,27 +65,28 @@ pub fn li_beta() -> utoipa::openapi::schema::ObjectBuilder {
 }
 
 impl Shape {
-    fn parse(self) -> Result<core::Shape, Error> {
+    fn parse(self) -> Result<core::ShapeParameters, Error> {
         Ok(match self.kind()? {
-            ShapeKind::Matrix => core::Shape::Matrix { rows: need(self.rows, "rows")? },
-            ShapeKind::Symmetric => {
-                core::Shape::Symmetric { degree: need(self.degree, "degree")?.0, upper_rows: need(self.upper_rows, "upper_rows")? }
-            }
-            ShapeKind::Recursive => core::Shape::Recursive { seed: need(self.seed, "seed")? },
-            ShapeKind::Elevation => core::Shape::Elevation { lambdas: need(self.lambdas, "lambdas")? },
+            ShapeKind::Matrix => core::ShapeParameters::Matrix { rows: need(self.rows, "rows")? },
+            ShapeKind::Symmetric => core::ShapeParameters::Symmetric {
+                degree: need(self.degree, "degree")?.0,
+                upper_rows: need(self.upper_rows, "upper_rows")?,
+            },
+            ShapeKind::Recursive => core::ShapeParameters::Recursive { seed: need(self.seed, "seed")? },
+            ShapeKind::Elevation => core::ShapeParameters::Elevation { lambdas: need(self.lambdas, "lambdas")? },
         })
     }
 }
 
-impl From<&core::Shape> for Shape {
-    fn from(shape: &core::Shape) -> Self {
+impl From<&core::ShapeParameters> for Shape {
+    fn from(shape: &core::ShapeParameters) -> Self {
         match shape.clone() {
-            core::Shape::Matrix { rows } => Shape { rows: Some(rows), ..Shape::of(ShapeKind::Matrix) },
-            core::Shape::Symmetric { degree, upper_rows } => {
+            core::ShapeParameters::Matrix { rows } => Shape { rows: Some(rows), ..Shape::of(ShapeKind::Matrix) },
+            core::ShapeParameters::Symmetric { degree, upper_rows } => {
                 Shape { degree: Some(Whole(degree)), upper_rows: Some(upper_rows), ..Shape::of(ShapeKind::Symmetric) }
             }
-            core::Shape::Recursive { seed } => Shape { seed: Some(seed), ..Shape::of(ShapeKind::Recursive) },
-            core::Shape::Elevation { lambdas } => Shape { lambdas: Some(lambdas), ..Shape::of(ShapeKind::Elevation) },
+            core::ShapeParameters::Recursive { seed } => Shape { seed: Some(seed), ..Shape::of(ShapeKind::Recursive) },
+            core::ShapeParameters::Elevation { lambdas } => Shape { lambdas: Some(lambdas), ..Shape::of(ShapeKind::Elevation) },
         }
     }
 }

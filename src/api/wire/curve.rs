@@ -88,20 +88,20 @@ impl Dimensioned {
 }
 
 /// A curve but for its control points, whose dimension is not known yet.
-enum Frame {
+enum Outline {
     Single(basis::Basis),
     Piecewise { bases: core::Bases, breaks: Breaks, order: usize, closed: bool },
     BSpline { degree: usize, knots: Vec<f64>, closed: bool },
 }
 
-impl Frame {
+impl Outline {
     fn with_points<const D: usize>(self, context: &Context, points: Vec<Point<D>>) -> Result<core::Curve<D>, Error> {
         Ok(match self {
-            Frame::Single(basis) => core::Curve::Single(core::Single::new(context, basis, points)?),
-            Frame::Piecewise { bases, breaks, order, closed } => {
+            Outline::Single(basis) => core::Curve::Single(core::Single::new(context, basis, points)?),
+            Outline::Piecewise { bases, breaks, order, closed } => {
                 core::Curve::Piecewise(core::Piecewise::new(context, bases, order, breaks, closed, points)?)
             }
-            Frame::BSpline { degree, knots, closed } => core::Curve::BSpline(core::BSpline::new(context, degree, knots, points, closed)?),
+            Outline::BSpline { degree, knots, closed } => core::Curve::BSpline(core::BSpline::new(context, degree, knots, points, closed)?),
         })
     }
 }
@@ -130,7 +130,7 @@ impl Curve {
     }
 
     /// All but the control points.
-    fn frame(self, context: &Context) -> Result<Frame, Error> {
+    fn frame(self, context: &Context) -> Result<Outline, Error> {
         let family = match self.tag()? {
             CurveFamily::Bezier => BasisFamily::Bezier,
             CurveFamily::Beta => BasisFamily::Beta,
@@ -140,10 +140,10 @@ impl Curve {
             CurveFamily::BSpline => return self.bspline(context),
         };
         let basis = Basis { family: Some(family), beta: self.beta, lambda: self.lambda, alpha: self.alpha, shape: self.shape };
-        basis.parse(context).map(Frame::Single)
+        basis.parse(context).map(Outline::Single)
     }
 
-    fn piecewise(self, context: &Context) -> Result<Frame, Error> {
+    fn piecewise(self, context: &Context) -> Result<Outline, Error> {
         let list = |bases| {
             let mut bases = parse_list(context, bases)?;
             match bases.pop() {
@@ -155,14 +155,14 @@ impl Curve {
         let parts = both(part(self.bases, "bases", list), part(self.knots, "knots", |knots| Breaks::new(context, knots)));
         let order = part(self.order, "order", |order| Ok(core::within_degrees(context, "order", order.0).map(|()| order.0)?));
         let ((bases, breaks), order) = both(parts, order)?;
-        Ok(Frame::Piecewise { bases, breaks, order, closed: self.closed.unwrap_or(false) })
+        Ok(Outline::Piecewise { bases, breaks, order, closed: self.closed.unwrap_or(false) })
     }
 
-    fn bspline(self, context: &Context) -> Result<Frame, Error> {
+    fn bspline(self, context: &Context) -> Result<Outline, Error> {
         let degree = part(self.degree, "degree", |degree| Ok(core::within_degrees(context, "degree", degree.0).map(|()| degree.0)?));
         let knots = part(self.knots, "knots", |knots| increasing("knots", &knots, false).map(|()| knots));
         let (degree, knots) = both(degree, knots)?;
-        Ok(Frame::BSpline { degree, knots, closed: self.closed.unwrap_or(false) })
+        Ok(Outline::BSpline { degree, knots, closed: self.closed.unwrap_or(false) })
     }
 
     /// The curve of an answer.

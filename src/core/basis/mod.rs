@@ -12,7 +12,7 @@ mod shape_matrix;
 pub use alpha_beta::AlphaBeta;
 pub use beta::Beta;
 pub use bezier::Bezier;
-pub use quasi::{Quasi, Shape};
+pub use quasi::{Quasi, ShapeParameters};
 pub use shape_matrix::{Properties, ShapeMatrix};
 
 use super::curve::within_degrees;

@@ -9,7 +9,7 @@ use crate::core::limits;
 
 /// The four ways to give a shape matrix.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
+pub enum ShapeParameters {
     /// Every row.
     Matrix {
         /// `degree + 1` rows of `order + 1` entries.
@@ -38,7 +38,7 @@ pub enum Shape {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quasi {
     /// Shared, because every piece of a curve that is cut has the basis of the whole.
-    shape: Arc<Shape>,
+    shape: Arc<ShapeParameters>,
     /// The matrix at the order in which it was given.
     given: Arc<ShapeMatrix>,
 }
@@ -50,12 +50,12 @@ impl Quasi {
     /// At the offending row or entry: rows of different lengths, a negative entry, a row sum that is
     /// not 1 (within [`limits::ROW_SUM_TOLERANCE`]), a middle row that is not symmetric; or without a
     /// place, a matrix without full rank.
-    pub fn new(context: &Context, shape: Shape) -> Result<Self, Error> {
+    pub fn new(context: &Context, shape: ShapeParameters) -> Result<Self, Error> {
         let given = match &shape {
-            Shape::Matrix { rows } => checked(context, rows).at("rows")?,
-            Shape::Symmetric { degree, upper_rows } => mirrored(context, *degree, upper_rows)?,
-            Shape::Recursive { seed } => checked(context, seed).at("seed")?,
-            Shape::Elevation { lambdas } => yang_zeng(context, lambdas).at("lambdas")?,
+            ShapeParameters::Matrix { rows } => checked(context, rows).at("rows")?,
+            ShapeParameters::Symmetric { degree, upper_rows } => mirrored(context, *degree, upper_rows)?,
+            ShapeParameters::Recursive { seed } => checked(context, seed).at("seed")?,
+            ShapeParameters::Elevation { lambdas } => yang_zeng(context, lambdas).at("lambdas")?,
         };
         let columns = given.order() + 1;
         let rank = given.rank();
@@ -66,7 +66,7 @@ impl Quasi {
     }
 
     /// The shape as it was given.
-    pub fn shape(&self) -> &Shape {
+    pub fn shape(&self) -> &ShapeParameters {
         &self.shape
     }
 }
@@ -78,7 +78,7 @@ impl Family for Quasi {
 
     fn degree(&self, order: usize) -> Result<usize, Fault> {
         let own = self.given.order();
-        let raisable = matches!(*self.shape, Shape::Recursive { .. });
+        let raisable = matches!(*self.shape, ShapeParameters::Recursive { .. });
         if order == own || (raisable && order > own) {
             return Ok(self.given.degree() + (order - own));
         }
@@ -201,15 +201,17 @@ fn yang_zeng(context: &Context, lambdas: &[f64]) -> Result<ShapeMatrix, Error> {
 mod tests {
     use super::*;
 
-    fn place_of(shape: Shape) -> String {
+    fn place_of(shape: ShapeParameters) -> String {
         Quasi::new(&Context::default(), shape).unwrap_err().place.to_string()
     }
 
     #[test]
     fn symmetric_shapes_follow_equation_29() {
-        let quasi =
-            Quasi::new(&Context::default(), Shape::Symmetric { degree: 4, upper_rows: vec![vec![0.25, 0.75, 0.0], vec![0.25, 0.5, 0.25]] })
-                .unwrap();
+        let quasi = Quasi::new(
+            &Context::default(),
+            ShapeParameters::Symmetric { degree: 4, upper_rows: vec![vec![0.25, 0.75, 0.0], vec![0.25, 0.5, 0.25]] },
+        )
+        .unwrap();
         let rows: Vec<_> = quasi.given.rows().map(<[f64]>::to_vec).collect();
         let expected = [[1.0, 0.0, 0.0], [0.25, 0.75, 0.0], [0.25, 0.5, 0.25], [0.0, 0.75, 0.25], [0.0, 0.0, 1.0]];
         assert_eq!(rows, expected);
@@ -220,12 +222,13 @@ mod tests {
 
     #[test]
     fn zero_lambdas_are_degree_elevation() {
-        let quasi = Quasi::new(&Context::default(), Shape::Elevation { lambdas: vec![0.0; 4] }).unwrap();
+        let quasi = Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: vec![0.0; 4] }).unwrap();
         assert!(quasi.given.properties().degenerates_to_bernstein);
-        let bent = Quasi::new(&Context::default(), Shape::Elevation { lambdas: vec![0.5, -0.2, 0.2, -0.5] }).unwrap().given.properties();
+        let bent =
+            Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: vec![0.5, -0.2, 0.2, -0.5] }).unwrap().given.properties();
         assert!(bent.symmetric && !bent.degenerates_to_bernstein, "lambda_i = -lambda_(n+1-i) is symmetric");
         assert!(
-            !Quasi::new(&Context::default(), Shape::Elevation { lambdas: vec![0.5, -0.2, 0.3, -0.5] })
+            !Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: vec![0.5, -0.2, 0.3, -0.5] })
                 .unwrap()
                 .given
                 .properties()
@@ -236,7 +239,7 @@ mod tests {
     #[test]
     fn raising_the_bernstein_seed_stays_bernstein() {
         let seed = vec![vec![1.0, 0.0, 0.0], vec![1.0 / 3.0, 2.0 / 3.0, 0.0], vec![0.0, 2.0 / 3.0, 1.0 / 3.0], vec![0.0, 0.0, 1.0]];
-        let quasi = Quasi::new(&Context::default(), Shape::Recursive { seed }).unwrap();
+        let quasi = Quasi::new(&Context::default(), ShapeParameters::Recursive { seed }).unwrap();
         assert_eq!(quasi.degree(5), Ok(6));
         assert!(quasi.shape_matrix(5).properties().degenerates_to_bernstein);
         assert!(quasi.degree(1).is_err());
@@ -244,16 +247,16 @@ mod tests {
 
     #[test]
     fn faults_point_at_the_entry() {
-        let rows = |m: [[f64; 2]; 3]| Shape::Matrix { rows: m.iter().map(|r| r.to_vec()).collect() };
+        let rows = |m: [[f64; 2]; 3]| ShapeParameters::Matrix { rows: m.iter().map(|r| r.to_vec()).collect() };
         let each = Quasi::new(&Context::default(), rows([[1.0, 0.0], [-0.1, 1.1], [0.0, 1.0]])).unwrap_err().each();
         assert_eq!(each.iter().map(|error| error.place.to_string()).collect::<Vec<_>>(), ["/rows/1/0", "/rows/1/1"]);
         assert_eq!(place_of(rows([[1.0, 0.0], [0.5, 0.4], [0.0, 1.0]])), "/rows/1");
         assert_eq!(place_of(rows([[0.5, 0.5], [0.5, 0.5], [0.5, 0.5]])), "");
-        assert_eq!(place_of(Shape::Matrix { rows: vec![vec![1.0, 0.0], vec![1.0]] }), "/rows/1");
-        assert_eq!(place_of(Shape::Matrix { rows: vec![] }), "/rows");
-        assert_eq!(place_of(Shape::Symmetric { degree: 2, upper_rows: vec![vec![0.25, 0.5, 0.25], vec![1.0]] }), "/upper_rows");
-        assert_eq!(place_of(Shape::Symmetric { degree: 2, upper_rows: vec![vec![0.3, 0.5, 0.2]] }), "/upper_rows/0/0");
-        assert_eq!(place_of(Shape::Symmetric { degree: 4, upper_rows: vec![vec![0.3, 0.7], vec![0.6, 0.5]] }), "/upper_rows/1");
-        assert_eq!(place_of(Shape::Elevation { lambdas: vec![0.0, 2.5] }), "/lambdas/1");
+        assert_eq!(place_of(ShapeParameters::Matrix { rows: vec![vec![1.0, 0.0], vec![1.0]] }), "/rows/1");
+        assert_eq!(place_of(ShapeParameters::Matrix { rows: vec![] }), "/rows");
+        assert_eq!(place_of(ShapeParameters::Symmetric { degree: 2, upper_rows: vec![vec![0.25, 0.5, 0.25], vec![1.0]] }), "/upper_rows");
+        assert_eq!(place_of(ShapeParameters::Symmetric { degree: 2, upper_rows: vec![vec![0.3, 0.5, 0.2]] }), "/upper_rows/0/0");
+        assert_eq!(place_of(ShapeParameters::Symmetric { degree: 4, upper_rows: vec![vec![0.3, 0.7], vec![0.6, 0.5]] }), "/upper_rows/1");
+        assert_eq!(place_of(ShapeParameters::Elevation { lambdas: vec![0.0, 2.5] }), "/lambdas/1");
     }
 }

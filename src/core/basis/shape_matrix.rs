@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use crate::core::linear::singular_values::decomposed;
 use crate::core::point::Point;
-use crate::core::singular_values::decomposed;
 
 /// `M` with `degree + 1` rows and `order + 1` columns: `b_j = sum_i M[i][j] B_i^degree`, so that the
 /// control points `P` of the family are the Bezier points `Q = M P` (Chen 2013 eq. (8)).

@@ -6,7 +6,7 @@ use crate::core::context::Context;
 use crate::core::error::{Error, Fault};
 use crate::core::gaps::derivative_size;
 use crate::core::knots::Breaks;
-use crate::core::lanes::{self, LANES, Lanes};
+use crate::core::linear::lanes::{self as lanes, LANES, Lanes};
 use crate::core::local::{localized, origin_of, placed};
 use crate::core::point::{Point, larger};
 

@@ -14,9 +14,9 @@ pub use single::Single;
 use bytemuck::TransparentWrapper;
 
 use super::error::{Error, Fault, at_least, at_most};
-use super::lanes::are_finite;
 use super::point::Point;
 use crate::core::context::Context;
+use crate::core::linear::lanes::are_finite;
 
 /// Any curve.
 #[derive(Debug, Clone, PartialEq)]

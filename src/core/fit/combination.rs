@@ -1,9 +1,10 @@
 //! Convex combinations of points: the one that gives a target and is nearest to a preferred one.
 
+use crate::core::linear::quadratic_program::normalized;
 use nalgebra::{DMatrix, DVector};
 
+use crate::core::linear::singular_values::decomposed;
 use crate::core::point::Point;
-use crate::core::singular_values::decomposed;
 
 /// Steps smaller than this, and multipliers above its negative, are rounding. Points are of size 1.
 const SMALL: f64 = 1e-13;
@@ -20,13 +21,6 @@ pub(super) fn nearest_combination<const D: usize>(points: &[Point<D>], target: P
 /// One column `(P_j, 1)` per point.
 fn homogeneous<const D: usize>(points: &[Point<D>]) -> DMatrix<f64> {
     DMatrix::from_fn(D + 1, points.len(), |a, j| if a < D { points[j][a] } else { 1.0 })
-}
-
-/// Without what rounding left below 0, and with sum 1.
-pub(super) fn normalized(weights: Vec<f64>) -> Vec<f64> {
-    let clean: Vec<f64> = weights.into_iter().map(|m| m.max(0.0)).collect();
-    let sum: f64 = clean.iter().sum();
-    clean.into_iter().map(|m| m / sum).collect()
 }
 
 /// `min |A x - b|` with `x >= 0` by active sets: Lawson and Hanson 1974, algorithm NNLS (23.10).

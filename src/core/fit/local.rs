@@ -5,7 +5,7 @@ use super::reduced::combine;
 use super::spline::{Spline, basis_values, clamped_knots, rows};
 use crate::core::context::Context;
 use crate::core::error::Error;
-use crate::core::least_squares::LeastSquares;
+use crate::core::linear::least_squares::LeastSquares;
 use crate::core::point::Point;
 
 /// Segments on either side of a joint whose B-splines change without it.

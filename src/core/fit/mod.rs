@@ -1,6 +1,6 @@
 //! Curves close to points: control points, shape parameters, both, or as few segments as a tolerance allows.
 //!
-//! Every linear problem goes through [`least_squares`](super::least_squares), so no condition number
+//! Every linear problem goes through [`least_squares`](crate::core::linear::least_squares), so no condition number
 //! is squared. The error that is returned is measured afresh on the curve that is returned.
 
 mod alpha_beta;
@@ -25,7 +25,6 @@ mod offsets;
 mod ordered;
 mod parameters;
 mod problem;
-mod quadratic_program;
 mod quasi;
 mod reduced;
 mod refine;

@@ -14,9 +14,9 @@ use super::freedom::Freedom;
 use super::offsets::{Offsets, Scene, along, dot};
 use crate::core::context::Context;
 use crate::core::error::Error;
-use crate::core::householder::{Block, Column, dots};
-use crate::core::lanes::LANES;
-use crate::core::least_squares::LeastSquares;
+use crate::core::linear::householder::{Block, Column, dots};
+use crate::core::linear::lanes::LANES;
+use crate::core::linear::least_squares::LeastSquares;
 use crate::core::point::{Point, larger};
 
 /// A point whose curvature term is below this part of `|C'|^2` is taken without it.

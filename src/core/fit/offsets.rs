@@ -7,8 +7,8 @@ use crate::core::bezier_form::hodograph;
 use crate::core::context::Context;
 use crate::core::curve::Single;
 use crate::core::error::Error;
-use crate::core::householder::Column;
-use crate::core::lanes::{LANES, bernstein};
+use crate::core::linear::householder::Column;
+use crate::core::linear::lanes::{LANES, bernstein};
 use crate::core::point::{Point, larger, magnitude};
 
 /// Points in coordinates of size 1 about their middle, with weights of at most 1: every sum of squares

@@ -6,16 +6,16 @@ use super::combination::nearest_combination;
 use super::data::Data;
 use super::freedom::Freedom;
 use super::parameters::distinct;
-use super::quadratic_program::convex_rows;
 use super::reduced::{Reduced, combine, deficiency, length};
 use super::shape::no_influence;
 use super::unsolved::Unsolved;
 use super::{Ends, Solved, Solver};
-use crate::core::basis::{Basis, Quasi, Shape, ShapeMatrix};
+use crate::core::basis::{Basis, Quasi, ShapeMatrix, ShapeParameters};
 use crate::core::context::Context;
 use crate::core::curve::Single;
 use crate::core::error::{Error, Fault};
-use crate::core::least_squares::{Deficient, LeastSquares};
+use crate::core::linear::least_squares::{Deficient, LeastSquares};
+use crate::core::linear::quadratic_program::convex_rows;
 use crate::core::point::{Point, magnitude};
 
 /// Weights below this came out of the interior-point method as zeros.
@@ -24,19 +24,19 @@ const ZERO_WEIGHT: f64 = 1e-6;
 const ON_HULL: f64 = 1e-10;
 
 /// The shape matrix for a control polygon.
-pub(super) struct QuasiShape<const D: usize> {
+pub(super) struct ShapeFit<const D: usize> {
     degree: usize,
     polygon: Vec<Point<D>>,
 }
 
-impl<const D: usize> QuasiShape<D> {
+impl<const D: usize> ShapeFit<D> {
     /// For a degree that is at least the order of the polygon.
     pub(super) fn new(degree: usize, polygon: Vec<Point<D>>) -> Self {
-        QuasiShape { degree, polygon }
+        ShapeFit { degree, polygon }
     }
 }
 
-impl<const D: usize> Solver<D> for QuasiShape<D> {
+impl<const D: usize> Solver<D> for ShapeFit<D> {
     fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
         if self.polygon.iter().all(|&p| p == self.polygon[0]) {
             return Err(no_influence("the shape matrix"));
@@ -71,7 +71,7 @@ pub(super) fn centre<const D: usize>(points: &[Point<D>]) -> Point<D> {
 /// The basis of a fitted matrix.
 pub(super) fn quasi_basis(context: &Context, matrix: &ShapeMatrix) -> Result<Basis, Error> {
     let rows = matrix.rows().map(<[f64]>::to_vec).collect();
-    let quasi = Quasi::new(context, Shape::Matrix { rows }).map_err(|error| match error.fault {
+    let quasi = Quasi::new(context, ShapeParameters::Matrix { rows }).map_err(|error| match error.fault {
         Fault::ShapeRank { rank, columns } => Fault::RankDeficient(format!(
             "the best shape matrix has rank {rank} for {columns} control points: on the best curve some of them cannot be told apart; \
              use a control polygon with fewer points, or seek the control points instead"

@@ -5,9 +5,9 @@ use super::unsolved::Unsolved;
 use crate::core::basis::ShapeMatrix;
 use crate::core::context::Context;
 use crate::core::error::{Error, Fault};
-use crate::core::householder::Column;
-use crate::core::lanes::{LANES, bernstein};
-use crate::core::least_squares::{Block, Deficient, LeastSquares};
+use crate::core::linear::householder::Column;
+use crate::core::linear::lanes::{LANES, bernstein};
+use crate::core::linear::least_squares::{Block, Deficient, LeastSquares};
 use crate::core::point::{self, Point};
 
 /// One equation per point: `sum_i B_i(u) Q_i = p`, coordinates counted from `origin`.

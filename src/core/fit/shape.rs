@@ -3,7 +3,7 @@
 use super::alpha_beta::AlphaBetaShape;
 use super::beta::BetaShape;
 use super::data::Data;
-use super::quasi::QuasiShape;
+use super::quasi::ShapeFit;
 use super::{Family, Solver};
 use crate::core::basis::{AlphaBeta, Basis};
 use crate::core::context::Context;
@@ -35,7 +35,7 @@ pub(super) fn solver<const D: usize>(
         }
         Family::Quasi { degree } => {
             check_degree(context, degree, polygon.len() - 1).at("degree").at("solve")?;
-            Box::new(QuasiShape::new(degree, polygon))
+            Box::new(ShapeFit::new(degree, polygon))
         }
     })
 }

@@ -7,7 +7,7 @@ use super::unsolved::Unsolved;
 use crate::core::context::Context;
 use crate::core::curve::{BSpline, Composite};
 use crate::core::error::{Error, Fault};
-use crate::core::least_squares::{Deficient, LeastSquares};
+use crate::core::linear::least_squares::{Deficient, LeastSquares};
 use crate::core::point::Point;
 
 const DEGREE: usize = 3;

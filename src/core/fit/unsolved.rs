@@ -1,7 +1,7 @@
 //! Why a least-squares problem of a fit has no solution.
 
 use crate::core::error::Error;
-use crate::core::least_squares::Deficient;
+use crate::core::linear::least_squares::Deficient;
 
 /// Either the problem has none, or finding it was stopped.
 #[derive(Debug)]

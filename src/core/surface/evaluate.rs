@@ -92,7 +92,7 @@ pub fn evaluate(
         let mut pace = context.pace();
         for i in 0..pairs.len() {
             pace.step()?;
-            samples.push(i, &Frame::new(|k| lists.get(k).map_or(Point::ZERO, |list: &Vec<_>| list[i]), sizes), wanted);
+            samples.push(i, &TangentFrame::new(|k| lists.get(k).map_or(Point::ZERO, |list: &Vec<_>| list[i]), sizes), wanted);
         }
     }
     samples.parameters = pairs;
@@ -165,20 +165,20 @@ pub(super) fn spread((a, b): (f64, f64), count: usize) -> Vec<f64> {
 }
 
 /// The normal and the curvatures at one place; none where the surface has no tangent plane.
-struct Frame(Option<(Point<3>, f64, f64)>);
+struct TangentFrame(Option<(Point<3>, f64, f64)>);
 
-impl Frame {
+impl TangentFrame {
     /// From the partial derivatives, numbered 1 to 5 as u, v, uu, uv, vv; the first two are compared with their sizes. Lengths are
     /// divided out first, so that neither large nor small surfaces leave the range of doubles.
     fn new(derivative: impl Fn(usize) -> Point<3>, sizes: [f64; 2]) -> Self {
         let [long_u, long_v] = [1, 2].map(|k| derivative(k).norm());
-        let (Some(u), Some(v)) = (derivative(1).unit(), derivative(2).unit()) else { return Frame(None) };
+        let (Some(u), Some(v)) = (derivative(1).unit(), derivative(2).unit()) else { return TangentFrame(None) };
         let across = cross(u, v);
         let sine = across.norm();
         if sine * (long_u / sizes[0]) * (long_v / sizes[1]) <= 8.0 * f64::EPSILON {
-            return Frame(None);
+            return TangentFrame(None);
         }
-        let Some(normal) = across.unit() else { return Frame(None) };
+        let Some(normal) = across.unit() else { return TangentFrame(None) };
         // First and second fundamental forms for unit tangents (E = G = 1), do Carmo 1976, 2-5 and 3-3.
         let f = u.dot(v);
         let l = derivative(3).dot(normal) / long_u / long_u;
@@ -186,7 +186,7 @@ impl Frame {
         let n = derivative(5).dot(normal) / long_v / long_v;
         let gaussian = (l * n - m * m) / (sine * sine);
         let mean = (l - 2.0 * f * m + n) / (2.0 * sine * sine);
-        Frame(Some((normal, mean, gaussian)))
+        TangentFrame(Some((normal, mean, gaussian)))
     }
 }
 
@@ -195,7 +195,7 @@ fn cross(a: Point<3>, b: Point<3>) -> Point<3> {
 }
 
 impl SurfaceSamples {
-    fn push(&mut self, index: usize, frame: &Frame, wanted: SurfaceQuantities) {
+    fn push(&mut self, index: usize, frame: &TangentFrame, wanted: SurfaceQuantities) {
         if frame.0.is_none() {
             self.degenerate.push(index);
         }

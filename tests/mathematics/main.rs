@@ -1,0 +1,21 @@
+//! The mathematics, against vectors, closed forms and other algorithms.
+
+#[path = "../laws/mod.rs"]
+mod laws;
+
+mod architecture;
+mod cancellation;
+mod convert;
+mod correction;
+mod errata;
+mod extremes;
+mod far;
+mod fit;
+mod interpolation;
+mod join;
+mod knots;
+mod limits;
+mod near;
+mod properties;
+mod reshape;
+mod vectors;
