@@ -5,7 +5,8 @@ use std::sync::LazyLock;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 
-use crate::api::operations::render;
+use crate::api::operations::Operation;
+use crate::api::operations::render::{self, Render};
 use crate::api::problem::Problem;
 use crate::core::context::Context;
 use crate::draw::escape;
@@ -38,7 +39,7 @@ static FIRST: LazyLock<String> = LazyLock::new(|| {
     let [call, drawn] = [include_str!("../../openapi/examples/evaluate-cheng-figure-3.json"), render::EXAMPLES[0].body].map(str::trim);
     // Without its picture the page says the same.
     let picture =
-        serde_json::from_str(drawn).ok().and_then(|request| render::operation(&Context::default(), request).ok()).unwrap_or_default();
+        serde_json::from_str(drawn).ok().and_then(|request| Render::compute(&Context::default(), request).ok()).unwrap_or_default();
     let body = format!(
         "<h1>Springline</h1>
 <p>Curves with shape parameters, over HTTP: curves a designer can bend without moving a control point.</p>

@@ -6,7 +6,10 @@
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
-use springline::api::operations;
+use springline::api::operations::Operation;
+use springline::api::operations::continuity::ContinuityOperation;
+use springline::api::operations::interpolate::Interpolate;
+use springline::api::operations::reshape::Reshape;
 use springline::core::basis::{Basis, Beta, Bezier};
 use springline::core::basis_functions::basis_functions;
 use springline::core::cancellation::Cancellation;
@@ -380,7 +383,7 @@ const CASES: &[Case] = &[
             };
             let bases = joined((0..100_000).map(basis));
             let curve = r#"{"family":"bezier","control_points":[[0,0],[1,1]]}"#;
-            request(format!(r#"{{"curve":{curve},"bases":[{bases}]}}"#), operations::reshape::operation)
+            request(format!(r#"{{"curve":{curve},"bases":[{bases}]}}"#), Reshape::compute)
         },
     },
     Case {
@@ -389,7 +392,7 @@ const CASES: &[Case] = &[
             let points = joined((0..65).map(|i| format!("[{i},{}]", i % 7)));
             let curve = |i: usize| format!(r#"{{"family":"beta-bezier","beta":{i},"control_points":[{points}]}}"#);
             let curves = joined((0..50_000).map(curve));
-            request(format!(r#"{{"curves":[{curves}],"closed":true,"report":"summary"}}"#), operations::continuity::operation)
+            request(format!(r#"{{"curves":[{curves}],"closed":true,"report":"summary"}}"#), ContinuityOperation::compute)
         },
     },
     Case {
@@ -397,7 +400,7 @@ const CASES: &[Case] = &[
         prepare: || {
             let points = joined(walk(15_000, 1e-3).into_iter().map(|p| format!("[{:.3},{:.4},{:.4}]", p[0], p[1], p[2])));
             let points = joined((0..100).map(|_| points.clone()));
-            request(format!(r#"{{"points":[{points}]}}"#), operations::interpolate::operation)
+            request(format!(r#"{{"points":[{points}]}}"#), Interpolate::compute)
         },
     },
 ];

@@ -1,7 +1,9 @@
 //! Limits that an operator lowered: refused above, accepted at, with the lowered number in the message.
 
 use springline::api::json::from_bytes;
-use springline::api::operations;
+use springline::api::operations::Operation;
+use springline::api::operations::continuity::ContinuityOperation;
+use springline::api::operations::interpolate::Interpolate;
 use springline::core::basis::{Basis, Bezier, Quasi, ShapeParameters};
 use springline::core::basis_functions::basis_functions;
 use springline::core::context::Context;
@@ -123,13 +125,13 @@ fn segments() {
     let bases = |count: usize| {
         let list = vec![r#"{"family":"bezier"}"#; count].join(",");
         let body = format!(r#"{{"points":[[0,0],[1,1],[2,0]],"bases":[{list}]}}"#);
-        operations::interpolate::operation(&low(), from_bytes(&low(), body.as_bytes()).unwrap())
+        Interpolate::compute(&low(), from_bytes(&low(), body.as_bytes()).unwrap())
     };
     assert!(matches!(bases(16).unwrap_err().fault, Fault::WrongCount { .. }), "16 bases are read, and then do not fit 2 segments");
     bounded("/bases", 16, bases(2), bases(17));
     let curves = |count: usize| {
         let list = vec![r#"{"family":"bezier","control_points":[[0,0],[1,1]]}"#; count].join(",");
-        operations::continuity::operation(&low(), from_bytes(&low(), format!(r#"{{"curves":[{list}]}}"#).as_bytes()).unwrap())
+        ContinuityOperation::compute(&low(), from_bytes(&low(), format!(r#"{{"curves":[{list}]}}"#).as_bytes()).unwrap())
     };
     bounded("/curves", 16, curves(16), curves(17));
 }

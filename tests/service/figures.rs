@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use springline::api::operations::render::{RenderRequest, operation};
+use springline::api::operations::Operation;
+use springline::api::operations::render::{Render, RenderRequest};
 use springline::core::context::Context;
 
 const FIGURES: [&str; 19] = [
@@ -24,11 +25,11 @@ fn request(name: &str) -> String {
 
 fn draw(text: &str) -> String {
     let request: RenderRequest = serde_json::from_str(text).unwrap();
-    operation(&Context::default(), request).unwrap()
+    Render::compute(&Context::default(), request).unwrap()
 }
 
 fn refused(text: &str) -> String {
-    operation(&Context::default(), serde_json::from_str(text).unwrap()).unwrap_err().to_string()
+    Render::compute(&Context::default(), serde_json::from_str(text).unwrap()).unwrap_err().to_string()
 }
 
 /// Checks that tags nest and that text is escaped; returns the tags with their attributes.

@@ -138,7 +138,17 @@ impl Operation for BasisOperation {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: BasisRequest) -> Result<BasisAnswer, Error> {
-        operation(context, request)
+        let (basis, order, count) = parts(context, request.basis, request.order, request.count)?;
+        let sampled = core::basis_functions(context, &basis, order, count)?;
+        Ok(BasisAnswer {
+            degree: Whole(sampled.degree),
+            domain: vec![sampled.domain.0, sampled.domain.1],
+            parameters: sampled.parameters,
+            functions: sampled.values,
+            shape_matrix: sampled.matrix.rows().map(<[f64]>::to_vec).collect(),
+            condition: sampled.condition.is_finite().then_some(sampled.condition),
+            properties: table(sampled.properties),
+        })
     }
 
     fn is_small(request: &BasisRequest) -> bool {
@@ -157,24 +167,6 @@ impl Request for BasisRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.basis, self.order, self.count).map(drop)
     }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::basis_functions`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: BasisRequest) -> Result<BasisAnswer, Error> {
-    let (basis, order, count) = parts(context, request.basis, request.order, request.count)?;
-    let sampled = core::basis_functions(context, &basis, order, count)?;
-    Ok(BasisAnswer {
-        degree: Whole(sampled.degree),
-        domain: vec![sampled.domain.0, sampled.domain.1],
-        parameters: sampled.parameters,
-        functions: sampled.values,
-        shape_matrix: sampled.matrix.rows().map(<[f64]>::to_vec).collect(),
-        condition: sampled.condition.is_finite().then_some(sampled.condition),
-        properties: table(sampled.properties),
-    })
 }
 
 fn parts(context: &Context, basis: Option<Basis>, order: Option<Whole>, count: Option<Whole>) -> Result<(crate::core::basis::Basis, usize, usize), Error> {
@@ -201,5 +193,5 @@ fn table(p: Properties) -> Vec<Property> {
         (N::InterpolatesEndPoints, R::UnitEndRows, p.interpolates_end_points),
         (N::TangentToEndEdges, R::EndEdges, p.tangent_to_end_edges),
     ];
-    rows.map(|(name, requires, holds)| Property { name: name, requires: requires, holds: holds }).into()
+    rows.map(|(name, requires, holds)| Property { name, requires, holds }).into()
 }

@@ -73,7 +73,13 @@ impl Operation for ContinuityOperation {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: ContinuityRequest) -> Result<ContinuityAnswer, Error> {
-        operation(context, request)
+        let style = request.report.unwrap_or(ReportStyle::Full);
+        let (measured, tolerance) = parts(context, request)?;
+        match measured {
+            Measured::One(Dimensioned::Plane(curve)) => report(context, &curve.composite(context).at("curve")?, curve.closed(), tolerance, style),
+            Measured::One(Dimensioned::Space(curve)) => report(context, &curve.composite(context).at("curve")?, curve.closed(), tolerance, style),
+            Measured::Several(curves, closed) => laid_end_to_end(context, curves, closed, tolerance, style),
+        }
     }
 
     fn is_small(request: &ContinuityRequest) -> bool {
@@ -91,20 +97,6 @@ impl Costed for ContinuityRequest {
 impl Request for ContinuityRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self).map(drop)
-    }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Faults of the curves, contradictions, and tolerances out of range, each at its place in the request.
-pub fn operation(context: &Context, request: ContinuityRequest) -> Result<ContinuityAnswer, Error> {
-    let style = request.report.unwrap_or(ReportStyle::Full);
-    let (measured, tolerance) = parts(context, request)?;
-    match measured {
-        Measured::One(Dimensioned::Plane(curve)) => report(context, &curve.composite(context).at("curve")?, curve.closed(), tolerance, style),
-        Measured::One(Dimensioned::Space(curve)) => report(context, &curve.composite(context).at("curve")?, curve.closed(), tolerance, style),
-        Measured::Several(curves, closed) => laid_end_to_end(context, curves, closed, tolerance, style),
     }
 }
 

@@ -84,7 +84,11 @@ impl Operation for Convert {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: ConvertRequest) -> Result<ConvertAnswer, Error> {
-        operation(context, request)
+        let order = request.order.map(|whole| whole.0);
+        match parts(context, request.curve, request.to)? {
+            (Dimensioned::Plane(curve), basis) => convert(context, &curve, basis, order),
+            (Dimensioned::Space(curve), basis) => convert(context, &curve, basis, order),
+        }
     }
 
     fn is_small(request: &ConvertRequest) -> bool {
@@ -102,18 +106,6 @@ impl Costed for ConvertRequest {
 impl Request for ConvertRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.curve, self.to).map(drop)
-    }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::convert`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: ConvertRequest) -> Result<ConvertAnswer, Error> {
-    let order = request.order.map(|whole| whole.0);
-    match parts(context, request.curve, request.to)? {
-        (Dimensioned::Plane(curve), basis) => convert(context, &curve, basis, order),
-        (Dimensioned::Space(curve), basis) => convert(context, &curve, basis, order),
     }
 }
 

@@ -152,7 +152,12 @@ impl Operation for Evaluate {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: EvaluateRequest) -> Result<EvaluateAnswer, Error> {
-        operation(context, request)
+        let asked = request.quantities.unwrap_or_default();
+        let (curve, sampling, orders) = parts(context, request.curve, request.sampling, request.derivatives)?;
+        match curve {
+            Dimensioned::Plane(curve) => sample(context, &curve, sampling, orders, &asked),
+            Dimensioned::Space(curve) => sample(context, &curve, sampling, orders, &asked),
+        }
     }
 
     fn is_small(request: &EvaluateRequest) -> bool {
@@ -181,19 +186,6 @@ impl Costed for EvaluateRequest {
 impl Request for EvaluateRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.curve, self.sampling, self.derivatives).map(drop)
-    }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::evaluate`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: EvaluateRequest) -> Result<EvaluateAnswer, Error> {
-    let asked = request.quantities.unwrap_or_default();
-    let (curve, sampling, orders) = parts(context, request.curve, request.sampling, request.derivatives)?;
-    match curve {
-        Dimensioned::Plane(curve) => sample(context, &curve, sampling, orders, &asked),
-        Dimensioned::Space(curve) => sample(context, &curve, sampling, orders, &asked),
     }
 }
 
@@ -270,6 +262,6 @@ impl Degenerate {
     fn of(degenerate: core::Degenerate, parameters: &[f64]) -> Self {
         let reason = if degenerate.zero_speed { DegenerateReason::ZeroSpeed } else { DegenerateReason::ZeroCurvature };
         let core::Degenerate { index, .. } = degenerate;
-        Degenerate { index: Whole(index), parameter: parameters[index], reason: reason }
+        Degenerate { index: Whole(index), parameter: parameters[index], reason }
     }
 }

@@ -195,8 +195,11 @@ impl Operation for Fit {
     const ANSWERED: &str = "The fitted curve.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(context: &Context, request: FitRequest) -> Result<FitAnswer, Error> {
-        operation(context, request)
+    fn compute(context: &Context, mut request: FitRequest) -> Result<FitAnswer, Error> {
+        match need(request.points.take(), "points")? {
+            Points::Plane(points) => fit(context, points, request, Points::plane),
+            Points::Space(points) => fit(context, points, request, Points::space),
+        }
     }
 }
 
@@ -228,17 +231,6 @@ impl Request for FitRequest {
     }
 }
 
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::fit`] refuses, with its place in the request.
-pub fn operation(context: &Context, mut request: FitRequest) -> Result<FitAnswer, Error> {
-    match need(request.points.take(), "points")? {
-        Points::Plane(points) => fit(context, points, request, Points::plane),
-        Points::Space(points) => fit(context, points, request, Points::space),
-    }
-}
-
 fn fit<const D: usize>(
     context: &Context, points: Vec<Point<D>>,
     request: FitRequest,
@@ -267,8 +259,8 @@ where
         gradient_tolerance: fit.gradient_tolerance,
         locally_minimal: fit.locally_minimal,
         parameterization: used,
-        ends: ends,
-        parameter_correction: parameter_correction,
+        ends,
+        parameter_correction,
         tolerance,
     })
 }

@@ -86,8 +86,11 @@ impl Operation for Interpolate {
     const ANSWERED: &str = "The interpolant.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(context: &Context, request: InterpolateRequest) -> Result<InterpolateAnswer, Error> {
-        operation(context, request)
+    fn compute(context: &Context, mut request: InterpolateRequest) -> Result<InterpolateAnswer, Error> {
+        match need(request.points.take(), "points")? {
+            Points::Plane(points) => interpolate(context, &points, request),
+            Points::Space(points) => interpolate(context, &points, request),
+        }
     }
 
     fn is_small(request: &InterpolateRequest) -> bool {
@@ -115,17 +118,6 @@ impl Request for InterpolateRequest {
     }
 }
 
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::interpolate`] refuses, with its place in the request.
-pub fn operation(context: &Context, mut request: InterpolateRequest) -> Result<InterpolateAnswer, Error> {
-    match need(request.points.take(), "points")? {
-        Points::Plane(points) => interpolate(context, &points, request),
-        Points::Space(points) => interpolate(context, &points, request),
-    }
-}
-
 fn interpolate<const D: usize>(context: &Context, points: &[Point<D>], request: InterpolateRequest) -> Result<InterpolateAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
@@ -141,7 +133,7 @@ where
         continuity: Continuity::of_core(&result.continuity, report.unwrap_or(ReportStyle::Summary)),
         curve: Curve::of_core(curve::Curve::Piecewise(result.curve)),
         condition: result.condition,
-        parameterization: parameterization,
+        parameterization,
         start,
         end,
     })
@@ -173,7 +165,7 @@ mod tests {
     fn joints_are_listed_on_demand_and_measured_always() {
         let ask = |report: &str| {
             let body = format!(r#"{{"points":[[0,0],[1,2],[3,1],[4,5]]{report}}}"#);
-            operation(&Context::default(), serde_json::from_str(&body).unwrap()).unwrap().continuity
+            Interpolate::compute(&Context::default(), serde_json::from_str(&body).unwrap()).unwrap().continuity
         };
         let (default, full) = (ask(""), ask(r#","report":"full""#));
         assert_eq!((default.joints.is_none(), full.joints.map(|joints| joints.len())), (true, Some(2)));

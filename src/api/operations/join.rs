@@ -101,7 +101,12 @@ impl Operation for Join {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: JoinRequest) -> Result<JoinAnswer, Error> {
-        operation(context, request)
+        let movable = request.movable.unwrap_or(Movable::Both);
+        let style = request.report.unwrap_or(ReportStyle::Full);
+        match parts(context, request.curves, request.smoothness)? {
+            (Dimensioned::Plane(curves), smoothness) => join(context, curves, smoothness, movable, style),
+            (Dimensioned::Space(curves), smoothness) => join(context, curves, smoothness, movable, style),
+        }
     }
 }
 
@@ -114,19 +119,6 @@ impl Costed for JoinRequest {
 impl Request for JoinRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.curves, self.smoothness).map(drop)
-    }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::join`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: JoinRequest) -> Result<JoinAnswer, Error> {
-    let movable = request.movable.unwrap_or(Movable::Both);
-    let style = request.report.unwrap_or(ReportStyle::Full);
-    match parts(context, request.curves, request.smoothness)? {
-        (Dimensioned::Plane(curves), smoothness) => join(context, curves, smoothness, movable, style),
-        (Dimensioned::Space(curves), smoothness) => join(context, curves, smoothness, movable, style),
     }
 }
 
@@ -152,7 +144,7 @@ where
         curve: Curve::of_core(curve::Curve::Piecewise(joined.curve)),
         moved: joined.moved,
         continuity: Continuity::of_core(&joined.continuity, style),
-        movable: movable,
+        movable,
     })
 }
 

@@ -109,7 +109,7 @@ impl Operation for Render {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: RenderRequest) -> Result<String, Error> {
-        operation(context, request)
+        core::draw(context, &picture(context, request)?)
     }
 }
 
@@ -125,14 +125,6 @@ impl Request for RenderRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         picture(context, self).map(drop)
     }
-}
-
-/// Request to picture, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::draw`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: RenderRequest) -> Result<String, Error> {
-    core::draw(context, &picture(context, request)?)
 }
 
 fn picture(context: &Context, request: RenderRequest) -> Result<Picture, Error> {

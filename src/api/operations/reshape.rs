@@ -89,7 +89,12 @@ impl Operation for Reshape {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: ReshapeRequest) -> Result<ReshapeAnswer, Error> {
-        operation(context, request)
+        let keep = request.keep.unwrap_or(Keep::Nothing);
+        let style = request.report.unwrap_or(ReportStyle::Full);
+        match parts(context, request.curve, request.basis, request.bases)? {
+            (Dimensioned::Plane(curve), bases) => reshape(context, &curve, bases, keep, style),
+            (Dimensioned::Space(curve), bases) => reshape(context, &curve, bases, keep, style),
+        }
     }
 }
 
@@ -103,19 +108,6 @@ impl Costed for ReshapeRequest {
 impl Request for ReshapeRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.curve, self.basis, self.bases).map(drop)
-    }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::reshape`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: ReshapeRequest) -> Result<ReshapeAnswer, Error> {
-    let keep = request.keep.unwrap_or(Keep::Nothing);
-    let style = request.report.unwrap_or(ReportStyle::Full);
-    match parts(context, request.curve, request.basis, request.bases)? {
-        (Dimensioned::Plane(curve), bases) => reshape(context, &curve, bases, keep, style),
-        (Dimensioned::Space(curve), bases) => reshape(context, &curve, bases, keep, style),
     }
 }
 
@@ -141,6 +133,6 @@ where
         continuity: Continuity::of_core(&reshaped.continuity, style),
         curve_moved: reshaped.curve_moved,
         points_moved: reshaped.points_moved,
-        keep: keep,
+        keep,
     })
 }

@@ -107,7 +107,12 @@ impl Operation for Subdivide {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: SubdivideRequest) -> Result<SubdivideAnswer, Error> {
-        operation(context, request)
+        let form = request.form.unwrap_or(Form::Auto);
+        let tolerance = request.at.as_ref().and_then(|at| at.tolerance);
+        match parts(context, request.curve, request.at)? {
+            (Dimensioned::Plane(curve), at) => cut(context, &curve, &at, form, tolerance),
+            (Dimensioned::Space(curve), at) => cut(context, &curve, &at, form, tolerance),
+        }
     }
 
     fn is_small(request: &SubdivideRequest) -> bool {
@@ -131,19 +136,6 @@ impl Costed for SubdivideRequest {
 impl Request for SubdivideRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.curve, self.at).map(drop)
-    }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::subdivide`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: SubdivideRequest) -> Result<SubdivideAnswer, Error> {
-    let form = request.form.unwrap_or(Form::Auto);
-    let tolerance = request.at.as_ref().and_then(|at| at.tolerance);
-    match parts(context, request.curve, request.at)? {
-        (Dimensioned::Plane(curve), at) => cut(context, &curve, &at, form, tolerance),
-        (Dimensioned::Space(curve), at) => cut(context, &curve, &at, form, tolerance),
     }
 }
 

@@ -118,7 +118,25 @@ impl Operation for SurfaceEvaluate {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswer, Error> {
-        operation(context, request)
+        let (surface, places, orders) = parts(context, request.surface, request.at, request.derivatives)?;
+        let asked = request.quantities.unwrap_or_default();
+        let samples = core::evaluate(context, &surface, &places, orders, quantities(&asked))?;
+        let has = |quantity| asked.contains(&quantity);
+        let mut derivatives = samples.derivatives.into_iter().map(Points::from);
+        Ok(SurfaceEvaluateAnswer {
+            domain: surface.domain().into(),
+            parameters: samples.parameters.into_iter().map(Tuple).collect(),
+            points: samples.points.into(),
+            du: derivatives.next(),
+            dv: derivatives.next(),
+            duu: derivatives.next(),
+            duv: derivatives.next(),
+            dvv: derivatives.next(),
+            normal: has(SurfaceQuantity::Normal).then(|| samples.normals.into()),
+            mean_curvature: has(SurfaceQuantity::MeanCurvature).then_some(samples.mean_curvatures),
+            gaussian_curvature: has(SurfaceQuantity::GaussianCurvature).then_some(samples.gaussian_curvatures),
+            degenerate: (!asked.is_empty()).then(|| samples.degenerate.into_iter().map(Whole).collect()),
+        })
     }
 
     fn is_small(request: &SurfaceEvaluateRequest) -> bool {
@@ -145,32 +163,6 @@ impl Request for SurfaceEvaluateRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.surface, self.at, self.derivatives).map(drop)
     }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::evaluate`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: SurfaceEvaluateRequest) -> Result<SurfaceEvaluateAnswer, Error> {
-    let (surface, places, orders) = parts(context, request.surface, request.at, request.derivatives)?;
-    let asked = request.quantities.unwrap_or_default();
-    let samples = core::evaluate(context, &surface, &places, orders, quantities(&asked))?;
-    let has = |quantity| asked.contains(&quantity);
-    let mut derivatives = samples.derivatives.into_iter().map(Points::from);
-    Ok(SurfaceEvaluateAnswer {
-        domain: surface.domain().into(),
-        parameters: samples.parameters.into_iter().map(Tuple).collect(),
-        points: samples.points.into(),
-        du: derivatives.next(),
-        dv: derivatives.next(),
-        duu: derivatives.next(),
-        duv: derivatives.next(),
-        dvv: derivatives.next(),
-        normal: has(SurfaceQuantity::Normal).then(|| samples.normals.into()),
-        mean_curvature: has(SurfaceQuantity::MeanCurvature).then_some(samples.mean_curvatures),
-        gaussian_curvature: has(SurfaceQuantity::GaussianCurvature).then_some(samples.gaussian_curvatures),
-        degenerate: (!asked.is_empty()).then(|| samples.degenerate.into_iter().map(Whole).collect()),
-    })
 }
 
 fn parts(

@@ -91,7 +91,15 @@ impl Operation for SurfaceSubdivide {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAnswer, Error> {
-        operation(context, request)
+        let (surface, at) = parts(context, request.surface, request.at)?;
+        let form = request.form.unwrap_or(Form::Auto).into();
+        let pieces = core::subdivide(context, &surface, &at.u.unwrap_or_default(), &at.v.unwrap_or_default(), form)?;
+        let piece = |piece: &core::Piece| SurfacePiece { domain: piece.domain.into(), surface: (&piece.surface).into() };
+        Ok(SurfaceSubdivideAnswer {
+            pieces: pieces.pieces.iter().map(piece).collect(),
+            form: if pieces.in_family { Form::Family } else { Form::Bezier },
+            condition: pieces.condition,
+        })
     }
 }
 
@@ -107,22 +115,6 @@ impl Request for SurfaceSubdivideRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.surface, self.at).map(drop)
     }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::subdivide`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAnswer, Error> {
-    let (surface, at) = parts(context, request.surface, request.at)?;
-    let form = request.form.unwrap_or(Form::Auto).into();
-    let pieces = core::subdivide(context, &surface, &at.u.unwrap_or_default(), &at.v.unwrap_or_default(), form)?;
-    let piece = |piece: &core::Piece| SurfacePiece { domain: piece.domain.into(), surface: (&piece.surface).into() };
-    Ok(SurfaceSubdivideAnswer {
-        pieces: pieces.pieces.iter().map(piece).collect(),
-        form: if pieces.in_family { Form::Family } else { Form::Bezier },
-        condition: pieces.condition,
-    })
 }
 
 fn parts(context: &Context, surface: Option<Surface>, at: Option<SurfaceCuts>) -> Result<(core::Surface, SurfaceCuts), Error> {

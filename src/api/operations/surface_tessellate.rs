@@ -73,7 +73,16 @@ impl Operation for SurfaceTessellate {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: SurfaceTessellateRequest) -> Result<SurfaceTessellateAnswer, Error> {
-        operation(context, request)
+        let (surface, tolerance) = parts(context, request.surface, request.tolerance)?;
+        let mesh = core::tessellate(context, &surface, tolerance)?;
+        Ok(SurfaceTessellateAnswer {
+            cells: Tuple(mesh.cells.map(Whole)),
+            parameters: mesh.parameters.into_iter().map(Tuple).collect(),
+            points: mesh.points.into(),
+            triangles: mesh.triangles.into_iter().map(|corners| Tuple(corners.map(Whole))).collect(),
+            bound: mesh.bound,
+            tolerance,
+        })
     }
 }
 
@@ -87,23 +96,6 @@ impl Request for SurfaceTessellateRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.surface, self.tolerance).map(drop)
     }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::tessellate`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: SurfaceTessellateRequest) -> Result<SurfaceTessellateAnswer, Error> {
-    let (surface, tolerance) = parts(context, request.surface, request.tolerance)?;
-    let mesh = core::tessellate(context, &surface, tolerance)?;
-    Ok(SurfaceTessellateAnswer {
-        cells: Tuple(mesh.cells.map(Whole)),
-        parameters: mesh.parameters.into_iter().map(Tuple).collect(),
-        points: mesh.points.into(),
-        triangles: mesh.triangles.into_iter().map(|corners| Tuple(corners.map(Whole))).collect(),
-        bound: mesh.bound,
-        tolerance: tolerance,
-    })
 }
 
 fn parts(context: &Context, surface: Option<Surface>, tolerance: Option<f64>) -> Result<(core::Surface, f64), Error> {

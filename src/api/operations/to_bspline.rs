@@ -102,7 +102,11 @@ impl Operation for ToBspline {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: ToBsplineRequest) -> Result<ToBsplineAnswer, Error> {
-        operation(context, request)
+        let style = request.knots.unwrap_or(KnotStyle::Clamped);
+        match parts(context, request.curve, request.tolerance)? {
+            (Dimensioned::Plane(curve), tolerance) => convert(context, &curve, style, tolerance),
+            (Dimensioned::Space(curve), tolerance) => convert(context, &curve, style, tolerance),
+        }
     }
 
     fn is_small(request: &ToBsplineRequest) -> bool {
@@ -119,18 +123,6 @@ impl Costed for ToBsplineRequest {
 impl Request for ToBsplineRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         parts(context, self.curve, self.tolerance).map(drop)
-    }
-}
-
-/// Request to answer, without HTTP.
-///
-/// # Errors
-/// Whatever [`core::to_bspline`] refuses, with its place in the request.
-pub fn operation(context: &Context, request: ToBsplineRequest) -> Result<ToBsplineAnswer, Error> {
-    let style = request.knots.unwrap_or(KnotStyle::Clamped);
-    match parts(context, request.curve, request.tolerance)? {
-        (Dimensioned::Plane(curve), tolerance) => convert(context, &curve, style, tolerance),
-        (Dimensioned::Space(curve), tolerance) => convert(context, &curve, style, tolerance),
     }
 }
 
