@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use kurbo::ParamCurve;
 use springline::core::basis::{Basis, Beta, Bezier};
+use springline::core::context::Context;
 use springline::core::curve::{BSpline, Bases, Curve, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::fit::{self, Ends, Parameters, Solve};
@@ -86,7 +87,7 @@ fn horner(coefficients: &[[f64; 3]], t: &[f64], out: &mut [Vec<f64>; 3]) {
 fn cubics(count: usize) {
     let values: Vec<f64> = (0..count).map(|i| i as f64 / (count - 1) as f64).collect();
     let sampling = Sampling::Parameters(values.clone());
-    let of = |basis| Curve::Single(Single::new(basis, points(&CUBIC)).unwrap());
+    let of = |basis| Curve::Single(Single::new(&Context::default(), basis, points(&CUBIC)).unwrap());
     let (bezier, beta) = (of(Basis::Bezier(Bezier)), of(Basis::Beta(Beta::from_beta(1.0).unwrap())));
     let kurbo = kurbo::CubicBez::new((0.0, 0.0), (1.0, 3.0), (4.0, 3.0), (5.0, 0.0));
     let nurbs = curvo::prelude::NurbsCurve3D::<f64>::try_new(
@@ -96,7 +97,8 @@ fn cubics(count: usize) {
     )
     .unwrap();
     let mut out = [const { Vec::new() }; 3].map(|_: Vec<f64>| vec![0.0; count]);
-    let ours = |curve: &Curve<3>| drop(black_box(evaluate(black_box(curve), &sampling, 0, Quantities::default()).unwrap()));
+    let ours =
+        |curve: &Curve<3>| drop(black_box(evaluate(&Context::default(), black_box(curve), &sampling, 0, Quantities::default()).unwrap()));
     group(
         &format!("a cubic at {count} parameters, ns a point"),
         count,
@@ -127,10 +129,15 @@ fn degrees() {
         .map(|degree| {
             let polygon: Vec<Point<3>> = (0..=degree).map(|i| Point([i as f64, (i as f64).sin(), (i as f64).cos()])).collect();
             let coefficients: Vec<[f64; 3]> = polygon.iter().map(|p| p.0).collect();
-            let curve = Curve::Single(Single::new(Basis::Bezier(Bezier), polygon).unwrap());
+            let curve = Curve::Single(Single::new(&Context::default(), Basis::Bezier(Bezier), polygon).unwrap());
             let works: Vec<Work> = vec![
                 ("limit: powers", Box::new(|| horner(black_box(&coefficients), black_box(&values), black_box(&mut out)))),
-                ("springline", Box::new(|| drop(black_box(evaluate(&curve, &Sampling::Count(1_000), 0, Quantities::default()).unwrap())))),
+                (
+                    "springline",
+                    Box::new(|| {
+                        drop(black_box(evaluate(&Context::default(), &curve, &Sampling::Count(1_000), 0, Quantities::default()).unwrap()))
+                    }),
+                ),
             ];
             (degree as f64, group(&format!("degree {degree}"), 1_000, works)[1])
         })
@@ -149,7 +156,7 @@ fn exponent(times: &[(f64, f64)]) -> f64 {
 fn bsplines(count: usize) {
     let polygon: Vec<Point<3>> = (0..16).map(|i| f64::from(i)).map(|i| Point([i, i.sin(), i.cos()])).collect();
     let knots: Vec<f64> = (0..20).map(|i| f64::from(i.clamp(3, 16) - 3)).collect();
-    let curve = Curve::BSpline(BSpline::new(3, knots, polygon, false).unwrap());
+    let curve = Curve::BSpline(BSpline::new(&Context::default(), 3, knots, polygon, false).unwrap());
     let values: Vec<f64> = (0..count).map(|i| 13.0 * i as f64 / (count - 1) as f64).collect();
     // The measure has its spans in powers beforehand.
     let spans: Vec<[[f64; 4]; 3]> = (0..13).map(|i| [0.1, 0.2, 0.3].map(|k| [i as f64, k, 0.5, -k])).collect();
@@ -170,13 +177,16 @@ fn bsplines(count: usize) {
                     black_box(&mut out);
                 }),
             ),
-            ("springline", Box::new(|| drop(black_box(evaluate(&curve, &sampling, 0, Quantities::default()).unwrap())))),
+            (
+                "springline",
+                Box::new(|| drop(black_box(evaluate(&Context::default(), &curve, &sampling, 0, Quantities::default()).unwrap()))),
+            ),
         ],
     );
 }
 
 fn splits() {
-    let curve = Curve::Single(Single::new(Basis::Bezier(Bezier), points(&CUBIC)).unwrap());
+    let curve = Curve::Single(Single::new(&Context::default(), Basis::Bezier(Bezier), points(&CUBIC)).unwrap());
     let kurbo = kurbo::CubicBez::new((0.0, 0.0), (1.0, 3.0), (4.0, 3.0), (5.0, 0.0));
     let cuts = Cuts::Parameters(vec![0.37]);
     group(
@@ -187,7 +197,10 @@ fn splits() {
                 "measure: de Casteljau, the control points alone",
                 Box::new(|| drop(black_box(springline::core::bezier_form::split(&points(&CUBIC), black_box(0.37))))),
             ),
-            ("springline, the operation", Box::new(|| drop(black_box(subdivide(&curve, &cuts, Form::Bezier).unwrap())))),
+            (
+                "springline, the operation",
+                Box::new(|| drop(black_box(subdivide(&Context::default(), &curve, &cuts, Form::Bezier).unwrap()))),
+            ),
             ("kurbo, 2D", Box::new(|| _ = black_box((kurbo.subsegment(0.0..black_box(0.37)), kurbo.subsegment(0.37..1.0))))),
         ],
     );
@@ -230,7 +243,10 @@ fn splines(count: usize) -> f64 {
     let data = wave(count);
     let ours = || {
         let shape = EndConditions::Open(End::Natural, End::Natural);
-        black_box(interpolate(black_box(&data), shape, Bases::Common(Basis::Bezier(Bezier)), &Parameterization::ChordLength).unwrap());
+        black_box(
+            interpolate(&Context::default(), black_box(&data), shape, Bases::Common(Basis::Bezier(Bezier)), &Parameterization::ChordLength)
+                .unwrap(),
+        );
     };
     group(
         &format!("the natural spline through {count} points, ns a point"),
@@ -253,7 +269,7 @@ fn fits(count: usize) -> f64 {
             parameter_correction: false,
             solve,
         };
-        black_box(fit::fit(data.clone(), options).unwrap());
+        black_box(fit::fit(&Context::default(), data.clone(), options).unwrap());
     };
     // One pass of normal equations over a dense row of 16 values and two right-hand sides: what the same data cost without QR.
     let normal = || {

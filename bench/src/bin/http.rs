@@ -2,7 +2,6 @@
 //!
 //! Each server has the first core to itself while it is driven, and the clients the second (`taskset`); the service logs as by default.
 
-use std::any::Any;
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -13,16 +12,16 @@ use std::time::{Duration, Instant};
 use axum::Router;
 use axum::body::Bytes;
 use axum::http::{HeaderMap, header};
-use axum::response::IntoResponse;
-use axum::routing::post;
-use serde::Serialize;
+use axum::response::{IntoResponse, Response};
+use axum::routing::{MethodRouter, post};
+use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
-use springline::core::error::Error;
-use springline::http::budget::Budget;
-use springline::api::json::{from_bytes, write};
 use springline::api::chunks::Buffer;
-use springline::api::output::{RAW, Format};
-use springline::api::operations::{evaluate, fit, interpolate, subdivide, to_bspline};
+use springline::api::json::from_bytes;
+use springline::api::memory;
+use springline::api::operations::{self, Operation, Output, Visitor};
+use springline::api::output::{Format, RAW};
+use springline::core::context::Context;
 
 /// As in the service.
 #[global_allocator]
@@ -59,56 +58,102 @@ fn main() {
 // ---- the floor
 
 /// A ready answer, how long it is as JSON, and its bytes in the raw format.
-type Answered = (Arc<dyn Any + Send + Sync>, usize, Bytes);
-type Ready = Mutex<HashMap<Bytes, Answered>>;
+struct Ready {
+    answer: Tree,
+    length: usize,
+    raw: Bytes,
+}
+
+/// An answer as a struct of lists of numbers, which is written as fast as a struct declared for it.
+enum Tree {
+    Numbers(Vec<f64>),
+    Plane(Vec<[f64; 2]>),
+    Space(Vec<[f64; 3]>),
+    List(Vec<Tree>),
+    Object(Vec<(String, Tree)>),
+    Other(Value),
+}
+
+impl From<Value> for Tree {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Object(fields) => Tree::Object(fields.into_iter().map(|(name, value)| (name, value.into())).collect()),
+            Value::Array(items) => {
+                let whole = Value::Array(items.clone());
+                if let Ok(numbers) = serde_json::from_value(whole.clone()) {
+                    return Tree::Numbers(numbers);
+                }
+                if let Ok(points) = serde_json::from_value(whole.clone()) {
+                    return Tree::Plane(points);
+                }
+                if let Ok(points) = serde_json::from_value(whole) {
+                    return Tree::Space(points);
+                }
+                Tree::List(items.into_iter().map(Tree::from).collect())
+            }
+            other => Tree::Other(other),
+        }
+    }
+}
+
+impl Serialize for Tree {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Tree::Numbers(numbers) => numbers.serialize(serializer),
+            Tree::Plane(points) => points.serialize(serializer),
+            Tree::Space(points) => points.serialize(serializer),
+            Tree::List(items) => items.serialize(serializer),
+            Tree::Object(fields) => serializer.collect_map(fields.iter().map(|(name, value)| (name, value))),
+            Tree::Other(value) => value.serialize(serializer),
+        }
+    }
+}
+
+/// The answers that each request got the first time.
+type Known = Arc<Mutex<HashMap<Bytes, Arc<Ready>>>>;
+
+fn made<O: Operation>(body: &Bytes) -> Ready {
+    let context = Context::default();
+    let written = |format: Format| {
+        let request = from_bytes(&context, body).expect("the requests are good");
+        let answer = O::compute(&context, request).expect("the requests are good");
+        let mut buffer = Buffer::new(&context, &memory::unlimited());
+        answer.write(format, &mut buffer).expect("the answers are finite");
+        buffer.finish().concat()
+    };
+    let text = written(Format::default());
+    let answer = serde_json::from_slice::<Value>(&text).expect("answers are JSON").into();
+    Ready { answer, length: text.len(), raw: written(Format { raw: true, ..Format::default() }).into() }
+}
 
 /// Reads the request, and writes the answer that the first such request got: as JSON into a buffer of the right size, or a copy of the raw one.
-async fn ready<Request, Answer>(
-    known: Arc<Ready>,
-    headers: HeaderMap,
-    body: Bytes,
-    operation: fn(Request) -> Result<Answer, Error>,
-) -> impl IntoResponse
-where
-    Request: springline::api::json::Request,
-    Answer: Serialize + Send + Sync + 'static,
-{
-    let request: Request = from_bytes(&body).expect("the requests are good");
-    let found = known.lock().unwrap().get(&body).cloned();
-    let (answer, length, raw) = found.unwrap_or_else(|| {
-        let answer = operation(from_bytes(&body).expect("the requests are good")).expect("the requests are good");
-        let length = serde_json::to_vec(&answer).expect("answers can be written").len();
-        let mut buffer = Buffer::new(&Budget::unlimited());
-        write(&answer, Format { raw: true, ..Format::default() }, &mut buffer).expect("the answers are finite");
-        let ready = (Arc::new(answer) as Arc<dyn Any + Send + Sync>, length, buffer.finish().concat().into());
-        known.lock().unwrap().insert(body, ready.clone());
-        ready
-    });
+async fn ready<O: Operation>(known: Known, headers: HeaderMap, body: Bytes) -> Response {
+    let request: O::Request = from_bytes(&Context::default(), &body).expect("the requests are good");
+    let ready = known.lock().unwrap().entry(body.clone()).or_insert_with(|| Arc::new(made::<O>(&body))).clone();
     std::hint::black_box(&request);
     if headers.contains_key(header::ACCEPT) {
-        return ([(header::CONTENT_TYPE, RAW)], raw.to_vec());
+        return ([(header::CONTENT_TYPE, RAW)], ready.raw.to_vec()).into_response();
     }
-    let mut text = Vec::with_capacity(length);
-    serde_json::to_writer(&mut text, answer.downcast_ref::<Answer>().expect("one kind of answer for a path"))
-        .expect("answers can be written");
-    ([(header::CONTENT_TYPE, "application/json")], text)
+    let mut text = Vec::with_capacity(ready.length);
+    serde_json::to_writer(&mut text, &ready.answer).expect("answers can be written");
+    ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+}
+
+struct Routes;
+
+impl Visitor for Routes {
+    type Made = (&'static str, MethodRouter);
+
+    fn visit<O: Operation>(&self) -> Self::Made {
+        let known = Known::default();
+        (O::PATH, post(move |headers: HeaderMap, body: Bytes| ready::<O>(known.clone(), headers, body)))
+    }
 }
 
 fn floor() {
-    let known: Arc<Ready> = Arc::default();
-    macro_rules! route {
-        ($module:ident) => {{
-            let known = known.clone();
-            post(move |headers: HeaderMap, body: Bytes| ready(known.clone(), headers, body, $module::operation))
-        }};
-    }
-    let router = Router::new()
-        .route("/v1/evaluate", route!(evaluate))
-        .route("/v1/subdivide", route!(subdivide))
-        .route("/v1/to-bspline", route!(to_bspline))
-        .route("/v1/interpolate", route!(interpolate))
-        .route("/v1/fit", route!(fit))
-        .layer(axum::extract::DefaultBodyLimit::disable());
+    let routes = operations::each(&Routes).into_iter();
+    let router = routes.fold(Router::new(), |router, (path, route)| router.route(path, route));
+    let router = router.layer(axum::extract::DefaultBodyLimit::disable());
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
     runtime.block_on(async {
         let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
