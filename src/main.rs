@@ -12,8 +12,8 @@ use springline::server::config::{self as config, Config};
 use springline::server::{Server, Signals};
 use springline::server::{commands, healthcheck, logs};
 
-/// Requests allocate on one thread and free on another, and answers come in sheets of 256 KiB, which the system's allocator would take from
-/// the system and give back each time.
+/// Requests allocate on one thread and free on another, and answers come in sheets of 256 KiB,
+/// which the system's allocator would take from the system and give back each time.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
@@ -45,8 +45,9 @@ enum Chosen {
     Healthcheck,
     /// Answer many operations, one a line
     ///
-    /// Reads lines of JSON, {"id": ..., "op": "evaluate", "body": {...}}, and prints a line for each, in the same order, as soon as it can:
-    /// {"line": 1, "id": ..., "answer": {...}}, or "problem" in place of "answer". A summary follows on standard error.
+    /// Reads lines of JSON, {"id": ..., "op": "evaluate", "body": {...}}, and prints a line for
+    /// each, in the same order, as soon as it can: {"line": 1, "id": ..., "answer": {...}}, or
+    /// "problem" in place of "answer". A summary follows on standard error.
     Batch(commands::Batch),
 }
 
@@ -55,7 +56,8 @@ fn main() -> ExitCode {
     if let Some(code) = commands::run(&matches) {
         return code;
     }
-    let Cli { command, config } = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let Cli { command, config } =
+        Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let result = match command {
         None | Some(Chosen::Serve) => serve(config),
         Some(Chosen::Openapi) => print_openapi(),
@@ -66,7 +68,13 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever reads what is printed has seen enough.
-        Err(error) if error.downcast_ref().is_some_and(|error: &io::Error| error.kind() == io::ErrorKind::BrokenPipe) => ExitCode::SUCCESS,
+        Err(error)
+            if error
+                .downcast_ref()
+                .is_some_and(|error: &io::Error| error.kind() == io::ErrorKind::BrokenPipe) =>
+        {
+            ExitCode::SUCCESS
+        }
         Err(error) => {
             eprintln!("springline: {error}");
             ExitCode::FAILURE
@@ -74,13 +82,18 @@ fn main() -> ExitCode {
     }
 }
 
-/// Commands and settings; what computes here without a server does not show the settings of the server.
+/// Commands and settings; what computes here without a server does not show the settings of the
+/// server.
 fn program() -> Command {
     let settings = Config::augment_args(Command::new("settings"));
-    let hidden: Vec<_> = settings.get_arguments().map(|setting| setting.clone().hide(true)).collect();
+    let hidden: Vec<_> =
+        settings.get_arguments().map(|setting| setting.clone().hide(true)).collect();
     let without = |command: Command| command.args(&hidden);
     let operations = commands::commands().into_iter().map(without);
-    Cli::command().mut_subcommand("batch", without).mut_subcommand("openapi", without).subcommands(operations)
+    Cli::command()
+        .mut_subcommand("batch", without)
+        .mut_subcommand("openapi", without)
+        .subcommands(operations)
 }
 
 /// Flags, variables, the file: where one is wrong, the process ends here and says which.
@@ -110,8 +123,12 @@ fn serve(config: Config) -> Result<(), Box<dyn Error>> {
         let signals = Signals::catch()?;
         let server = Server::bind(config).await?;
         // Who starts it need not read this.
-        let _ =
-            writeln!(stdout(), "springline {} listens on {url}\ndocumentation: {url}/docs", env!("CARGO_PKG_VERSION"), url = server.url()?);
+        let _ = writeln!(
+            stdout(),
+            "springline {} listens on {url}\ndocumentation: {url}/docs",
+            env!("CARGO_PKG_VERSION"),
+            url = server.url()?
+        );
         server.run(signals).await;
         Ok(())
     });

@@ -1,4 +1,5 @@
-//! The core against plain loops, kurbo and curvo. Within a group everything is measured in turn, round by round; the first is the measure.
+//! The core against plain loops, kurbo and curvo. Within a group everything is measured in turn,
+//! round by round; the first is the measure.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -210,7 +211,8 @@ fn wave(count: usize) -> Vec<Point<2>> {
     (0..count).map(|i| i as f64 * 0.1).map(|t| Point([t + 0.03 * (7.0 * t).sin(), (1.3 * t).sin()])).collect()
 }
 
-/// Chord lengths, the natural spline's tridiagonal system by Thomas, Bezier points out: nothing checked, nothing measured.
+/// Chord lengths, the natural spline's tridiagonal system by Thomas, Bezier points out: nothing
+/// checked, nothing measured.
 fn thomas(data: &[Point<2>]) -> Vec<[f64; 2]> {
     let n = data.len();
     let h: Vec<f64> = data.windows(2).map(|p| (p[1].0[0] - p[0].0[0]).hypot(p[1].0[1] - p[0].0[1])).collect();
@@ -271,7 +273,8 @@ fn fits(count: usize) -> f64 {
         };
         black_box(fit::fit(&Context::default(), data.clone(), options).unwrap());
     };
-    // One pass of normal equations over a dense row of 16 values and two right-hand sides: what the same data cost without QR.
+    // One pass of normal equations over a dense row of 16 values and two right-hand sides: what the
+    // same data cost without QR.
     let normal = || {
         let (mut gram, mut right) = ([[0.0; 16]; 16], [[0.0; 2]; 16]);
         for (i, p) in data.iter().enumerate() {

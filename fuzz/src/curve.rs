@@ -10,8 +10,8 @@ use springline::core::point::Point;
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
 
-/// A curve of the plane or of space; whether it is one. If it is, every operation on it comes to an end, and it stays among
-/// its control points.
+/// A curve of the plane or of space; whether it is one. If it is, every operation on it comes to an
+/// end, and it stays among its control points.
 pub fn curve(bytes: &[u8]) -> bool {
     let mut source = Source(bytes);
     if source.below(2) == 0 { works::<2>(source) } else { works::<3>(source) }
@@ -19,8 +19,10 @@ pub fn curve(bytes: &[u8]) -> bool {
 
 fn works<const D: usize>(mut source: Source) -> bool {
     let Ok(curve) = source.curve::<D>() else { return false };
-    let all = Quantities { tangent: true, normal: true, curvature: true, torsion: D == 3, speed: true };
-    for sampling in [Sampling::Count(2 + source.below(30)), Sampling::Parameters(source.numbers(3))] {
+    let all =
+        Quantities { tangent: true, normal: true, curvature: true, torsion: D == 3, speed: true };
+    for sampling in [Sampling::Count(2 + source.below(30)), Sampling::Parameters(source.numbers(3))]
+    {
         match evaluate(&Context::default(), &curve, &sampling, source.below(5), all) {
             Ok(samples) => stays_inside(&curve, &samples),
             Err(error) => assert!(is_expected(&error.fault), "{error:?}"),
@@ -40,11 +42,16 @@ fn is_expected(fault: &Fault) -> bool {
     }
 }
 
-/// A curve lies in the hull of its control points, and directions have length 1 or, where there is none, 0. Beyond 1e100 the
-/// numbers on the way may overflow; what then comes out is not finite, which the edge names.
+/// A curve lies in the hull of its control points, and directions have length 1 or, where there is
+/// none, 0. Beyond 1e100 the numbers on the way may overflow; what then comes out is not finite,
+/// which the edge names.
 fn stays_inside<const D: usize>(curve: &Curve<D>, samples: &Samples<D>) {
-    let reach =
-        |points: &[Point<D>]| points.iter().flat_map(|p| p.0).fold(0.0_f64, |most, x| if x.is_nan() { x } else { most.max(x.abs()) });
+    let reach = |points: &[Point<D>]| {
+        points
+            .iter()
+            .flat_map(|p| p.0)
+            .fold(0.0_f64, |most, x| if x.is_nan() { x } else { most.max(x.abs()) })
+    };
     let size = reach(curve.control_points());
     if size > 1e100 {
         return;
@@ -52,7 +59,10 @@ fn stays_inside<const D: usize>(curve: &Curve<D>, samples: &Samples<D>) {
     assert!(reach(&samples.points) <= size * (1.0 + 1e-9), "{samples:?} of {curve:?}");
     for direction in samples.frames.tangents.iter().chain(&samples.frames.normals) {
         let length = direction.norm();
-        assert!(length == 0.0 || (length - 1.0).abs() < 1e-9 || !length.is_finite(), "{direction:?} of {curve:?}");
+        assert!(
+            length == 0.0 || (length - 1.0).abs() < 1e-9 || !length.is_finite(),
+            "{direction:?} of {curve:?}"
+        );
     }
 }
 
@@ -71,8 +81,20 @@ impl Source<'_> {
     }
 
     fn number(&mut self) -> f64 {
-        const HOSTILE: [f64; 12] =
-            [-0.0, 5e-324, 1e-308, 1e-17, 0.1, 1.0, 3.0, 9_007_199_254_740_993.0, 1e17, 1e150, 1e308, -1.797_693_134_862_315_7e308];
+        const HOSTILE: [f64; 12] = [
+            -0.0,
+            5e-324,
+            1e-308,
+            1e-17,
+            0.1,
+            1.0,
+            3.0,
+            9_007_199_254_740_993.0,
+            1e17,
+            1e150,
+            1e308,
+            -1.797_693_134_862_315_7e308,
+        ];
         match self.below(8) {
             0 => f64::from_bits((0..8).fold(0, |bits, _| bits << 8 | u64::from(self.byte()))),
             1 => HOSTILE[self.below(HOSTILE.len())],
@@ -113,7 +135,10 @@ impl Source<'_> {
         let more = self.below(2);
         match self.below(4) {
             0 => ShapeParameters::Matrix { rows: self.rows(width + more, width) },
-            1 => ShapeParameters::Symmetric { degree: 2 * count + more, upper_rows: self.rows(count, width) },
+            1 => ShapeParameters::Symmetric {
+                degree: 2 * count + more,
+                upper_rows: self.rows(count, width),
+            },
             2 => ShapeParameters::Recursive { seed: self.rows(width + more, width) },
             _ => ShapeParameters::Elevation { lambdas: self.numbers(count) },
         }
@@ -144,14 +169,24 @@ impl Source<'_> {
         match self.below(3) {
             0 => {
                 let count = self.below(12);
-                Ok(Curve::Single(Single::new(&Context::default(), self.basis()?, self.points(count))?))
+                Ok(Curve::Single(Single::new(
+                    &Context::default(),
+                    self.basis()?,
+                    self.points(count),
+                )?))
             }
             1 => self.piecewise().map(Curve::Piecewise),
             _ => {
                 let (degree, spare) = (self.below(6), self.below(6));
                 let count = degree + 1 + spare;
                 let knots = self.increasing(count + degree + 1);
-                Ok(Curve::BSpline(BSpline::new(&Context::default(), degree, knots, self.points(count), self.below(4) == 0)?))
+                Ok(Curve::BSpline(BSpline::new(
+                    &Context::default(),
+                    degree,
+                    knots,
+                    self.points(count),
+                    self.below(4) == 0,
+                )?))
             }
         }
     }
@@ -163,6 +198,13 @@ impl Source<'_> {
             _ => Bases::PerSegment((0..segments).map(|_| self.basis()).collect::<Result<_, _>>()?),
         };
         let breaks = Breaks::new(&Context::default(), self.increasing(segments + 1))?;
-        Piecewise::new(&Context::default(), bases, order, breaks, self.below(4) == 0, self.points(segments * order + 1))
+        Piecewise::new(
+            &Context::default(),
+            bases,
+            order,
+            breaks,
+            self.below(4) == 0,
+            self.points(segments * order + 1),
+        )
     }
 }

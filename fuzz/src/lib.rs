@@ -1,6 +1,8 @@
-//! What holds for any bytes at all: one law for every operation, and one for the core. Each panics where it does not hold.
+//! What holds for any bytes at all: one law for every operation, and one for the core. Each panics
+//! where it does not hold.
 //!
-//! `cargo test --test service fuzz::` drives them with mutated examples, cargo-fuzz with whatever reaches new code.
+//! `cargo test --test service fuzz::` drives them with mutated examples, cargo-fuzz with whatever
+//! reaches new code.
 
 mod curve;
 
@@ -36,7 +38,9 @@ pub fn laws() -> Vec<(&'static str, Law)> {
 type Outcome = Result<Vec<u8>, Problem>;
 
 fn holds<O: Operation>(body: &[u8]) -> bool {
-    let run = |body: &[u8]| written(&O::compute(&Context::default(), from_bytes(&Context::default(), body)?)?);
+    let run = |body: &[u8]| {
+        written(&O::compute(&Context::default(), from_bytes(&Context::default(), body)?)?)
+    };
     let printed = from_bytes::<O::Request>(&Context::default(), body)
         .map(|request| to_bytes(&request).expect("a request that was read can be written"));
     let outcome = run(body);
@@ -64,7 +68,12 @@ fn is_documented(problem: &Problem) {
     let problem = serde_json::to_value(problem).expect("a problem can be written");
     let status = problem["status"].as_u64();
     assert!([400, 413, 422].map(Some).contains(&status), "{problem}");
-    assert!(problem["code"].as_str().is_some_and(|code| problem["type"] == format!("urn:springline:problem:{code}")), "{problem}");
+    assert!(
+        problem["code"]
+            .as_str()
+            .is_some_and(|code| problem["type"] == format!("urn:springline:problem:{code}")),
+        "{problem}"
+    );
     assert!(problem["detail"].as_str().is_some_and(|detail| !detail.is_empty()), "{problem}");
     assert!(!has_null(&problem), "{problem}");
     assert!(problem.to_string().len() < 8_000, "a problem that echoes what was sent: {problem}");
@@ -89,7 +98,8 @@ fn written(answer: &impl Output) -> Outcome {
     answer.write(Format::default(), &mut buffer).map(|()| buffer.finish().concat())
 }
 
-/// Elements open and close, nothing of the request escapes into the markup, and every number is one.
+/// Elements open and close, nothing of the request escapes into the markup, and every number is
+/// one.
 fn is_svg(answer: &[u8]) {
     let text = std::str::from_utf8(answer).expect("the picture is UTF-8");
     assert!(text.starts_with("<svg ") && text.trim_end().ends_with("</svg>"), "{text}");
@@ -103,11 +113,21 @@ fn is_svg(answer: &[u8]) {
             (false, true) => {}
         }
         assert!(!rest.contains('>'), "{rest}");
-        assert!(tag.split('"').step_by(2).all(|outside| !outside.contains("NaN") && !outside.contains("inf")), "{tag}");
+        assert!(
+            tag.split('"')
+                .step_by(2)
+                .all(|outside| !outside.contains("NaN") && !outside.contains("inf")),
+            "{tag}"
+        );
         assert!(!tag.contains(" d=\"") || !tag.contains("NaN") && !tag.contains("inf"), "{tag}");
     }
     assert!(open.is_empty(), "{open:?} do not close");
-    assert!(!text.contains(|c: char| c.is_control() && c != '\n' && c != '\t'), "a control character in {text:?}");
-    let entity = |rest: &str| ["amp;", "lt;", "gt;", "quot;", "#39;"].iter().any(|name| rest.starts_with(name));
+    assert!(
+        !text.contains(|c: char| c.is_control() && c != '\n' && c != '\t'),
+        "a control character in {text:?}"
+    );
+    let entity = |rest: &str| {
+        ["amp;", "lt;", "gt;", "quot;", "#39;"].iter().any(|name| rest.starts_with(name))
+    };
     assert!(text.split('&').skip(1).all(entity), "{text}");
 }

@@ -1,4 +1,5 @@
-//! What an answer is written on: chunks that are sent one after the other, each freed when it is sent.
+//! What an answer is written on: chunks that are sent one after the other, each freed when it is
+//! sent.
 
 use std::collections::VecDeque;
 use std::io;
@@ -61,7 +62,14 @@ impl Buffer {
     /// A blank chunk.
     pub fn new(context: &Context, budget: &Arc<dyn Memory>) -> Self {
         let (budget, context) = (budget.clone(), context.clone());
-        Buffer { full: VecDeque::new(), chunk: Vec::with_capacity(FIRST), budget, context, reservation: None, threads: 1 }
+        Buffer {
+            full: VecDeque::new(),
+            chunk: Vec::with_capacity(FIRST),
+            budget,
+            context,
+            reservation: None,
+            threads: 1,
+        }
     }
 
     /// The same, to be written with so many threads at once.
@@ -77,7 +85,14 @@ impl Buffer {
     /// Another blank chunk, paid from the same budget.
     pub fn sibling(&self) -> Self {
         let (budget, context) = (self.budget.clone(), self.context.clone());
-        Buffer { full: VecDeque::new(), chunk: Vec::new(), budget, context, reservation: None, threads: self.threads }
+        Buffer {
+            full: VecDeque::new(),
+            chunk: Vec::new(),
+            budget,
+            context,
+            reservation: None,
+            threads: self.threads,
+        }
     }
 
     /// The same, with its first chunk counted against the budget too.
@@ -101,7 +116,11 @@ impl Buffer {
             return self.turn().map_err(io::Error::other);
         }
         // At least twice the size: many short texts are expected one after the other.
-        if needed > self.chunk.capacity() { self.grow(needed.max((2 * self.chunk.capacity()).min(CHUNK))) } else { Ok(()) }
+        if needed > self.chunk.capacity() {
+            self.grow(needed.max((2 * self.chunk.capacity()).min(CHUNK)))
+        } else {
+            Ok(())
+        }
     }
 
     /// Makes the chunk as large as this; any but the first of a text is paid for.
@@ -121,7 +140,8 @@ impl Buffer {
         self.full.extend(chunks.chunks);
     }
 
-    /// Adds a finished text at the end: short ones are copied, so that a long text of short ones is not sent in scraps.
+    /// Adds a finished text at the end: short ones are copied, so that a long text of short ones is
+    /// not sent in scraps.
     ///
     /// # Errors
     /// As writing.
@@ -208,12 +228,15 @@ impl Chunks {
         self.chunks.len() <= 1
     }
 
-    /// The text compressed, chunk by chunk: `pack` is told whether it is the last. Each chunk is freed when it is packed, and what the
-    /// packed one needs less goes back to the budget.
+    /// The text compressed, chunk by chunk: `pack` is told whether it is the last. Each chunk is
+    /// freed when it is packed, and what the packed one needs less goes back to the budget.
     ///
     /// # Errors
     /// That of `pack`.
-    pub fn packed<E>(self, mut pack: impl FnMut(&[u8], bool) -> Result<Vec<u8>, E>) -> Result<Self, E> {
+    pub fn packed<E>(
+        self,
+        mut pack: impl FnMut(&[u8], bool) -> Result<Vec<u8>, E>,
+    ) -> Result<Self, E> {
         let mut behind = self.chunks.len();
         let one = |mut chunk: Chunk| {
             behind -= 1;
@@ -251,7 +274,8 @@ impl Chunks {
 
 impl IntoIterator for Chunks {
     type Item = Bytes;
-    type IntoIter = std::iter::Map<std::collections::vec_deque::IntoIter<Chunk>, fn(Chunk) -> Bytes>;
+    type IntoIter =
+        std::iter::Map<std::collections::vec_deque::IntoIter<Chunk>, fn(Chunk) -> Bytes>;
 
     fn into_iter(self) -> Self::IntoIter {
         self.chunks.into_iter().map(Bytes::from_owner)

@@ -1,7 +1,9 @@
-//! What a request is expected to cost before it is computed: how much work, of which kind, and how long an answer.
+//! What a request is expected to cost before it is computed: how much work, of which kind, and how
+//! long an answer.
 //!
-//! Work is counted in nanoseconds on the machine these formulas were measured on. How far this machine and this kind of request are from
-//! that is measured while the service runs, see the rates of the service: the formulas only have to be right in proportion.
+//! Work is counted in nanoseconds on the machine these formulas were measured on. How far this
+//! machine and this kind of request are from that is measured while the service runs, see the rates
+//! of the service: the formulas only have to be right in proportion.
 
 use crate::api::wire::{Curve, Points, Surface};
 
@@ -12,7 +14,8 @@ pub enum Kind {
     Evaluate,
     /// As many samples, pieces or faces as a tolerance needs.
     Adaptive,
-    /// Work in proportion to the segments of curves: subdivide, to-bspline, convert, continuity, basis.
+    /// Work in proportion to the segments of curves: subdivide, to-bspline, convert, continuity,
+    /// basis.
     Segments,
     /// Smoothness kept or made: reshape, join.
     Smooth,
@@ -86,7 +89,8 @@ pub(crate) fn length(points: Option<&Points>) -> f64 {
     points.map_or(0, Points::len) as f64
 }
 
-/// Control points times the order: what an operation does with each segment is at least linear in both.
+/// Control points times the order: what an operation does with each segment is at least linear in
+/// both.
 pub(crate) fn size(curve: &Curve) -> f64 {
     let points = length(curve.control_points.as_ref());
     points * order(curve)

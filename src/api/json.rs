@@ -30,7 +30,8 @@ pub trait Request: DeserializeOwned {
 /// # Errors
 /// A problem with status 400, a pointer to each value at fault, and line and column of the first.
 pub fn from_bytes<T: Request>(context: &Context, body: &[u8]) -> Result<T, Problem> {
-    // The fast ways end at the first fault and do not know its place; only then the body is read again.
+    // The fast ways end at the first fault and do not know its place; only then the body is read
+    // again.
     if let Ok(request) = reader::read(context, body) {
         return Ok(request);
     }
@@ -48,7 +49,8 @@ fn explain<T: Request>(context: &Context, body: &[u8], error: &serde_json::Error
         return not_json("the body is empty; send a JSON object").with_position(1, 1);
     }
     if body.starts_with("\u{feff}".as_bytes()) {
-        return not_json("the body starts with a byte order mark; leave it out").with_position(1, 1);
+        return not_json("the body starts with a byte order mark; leave it out")
+            .with_position(1, 1);
     }
     let text: &RawValue = match serde_json::from_slice(body) {
         Ok(text) => text,
@@ -59,11 +61,15 @@ fn explain<T: Request>(context: &Context, body: &[u8], error: &serde_json::Error
     if misfits.is_empty() {
         return broken(error);
     }
-    let semantic = request.and_then(|request| request.check(context).err()).map_or(Vec::new(), Error::each);
-    let semantic: Vec<Error> = semantic.into_iter().filter(|error| !depends_on(error, &misfits)).collect();
+    let semantic =
+        request.and_then(|request| request.check(context).err()).map_or(Vec::new(), Error::each);
+    let semantic: Vec<Error> =
+        semantic.into_iter().filter(|error| !depends_on(error, &misfits)).collect();
     let total = count + semantic.len();
-    let faults = misfits.into_iter().map(FoundFault::from).chain(semantic.into_iter().map(FoundFault::from));
-    Problem::of_all(in_order(faults.collect(), text), total).with_position(error.line(), error.column().max(1))
+    let faults =
+        misfits.into_iter().map(FoundFault::from).chain(semantic.into_iter().map(FoundFault::from));
+    Problem::of_all(in_order(faults.collect(), text), total)
+        .with_position(error.line(), error.column().max(1))
 }
 
 /// What the text itself breaks.
@@ -72,25 +78,35 @@ fn broken(error: &serde_json::Error) -> Problem {
 }
 
 fn not_json(detail: &str) -> Problem {
-    Problem::at(Status::BAD_REQUEST, "not_json", "The body is not JSON", String::new(), detail.into())
+    Problem::at(
+        Status::BAD_REQUEST,
+        "not_json",
+        "The body is not JSON",
+        String::new(),
+        detail.into(),
+    )
 }
 
 /// Whether a fault of the mathematics only follows from values that could not be read.
 fn depends_on(error: &Error, misfits: &[Misfit]) -> bool {
     let place = error.place.to_string();
-    let inside = |pointer: &str, of: &str| pointer.strip_prefix(of).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    let inside = |pointer: &str, of: &str| {
+        pointer.strip_prefix(of).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+    };
     let (Fault::Missing { field } | Fault::MissingTag { field, .. }) = &error.fault else {
         return misfits.iter().any(|misfit| inside(&misfit.pointer, &place));
     };
     // A field that is there but wrong is not missing, and neither is one whose name is misspelt.
     let is_it = |misfit: &Misfit, name: &str| {
         let parent = misfit.pointer.rsplit_once('/').map_or("", |(parent, _)| parent);
-        inside(&misfit.pointer, &format!("{place}/{name}")) || (misfit.meant.as_deref() == Some(name) && parent == place)
+        inside(&misfit.pointer, &format!("{place}/{name}"))
+            || (misfit.meant.as_deref() == Some(name) && parent == place)
     };
     misfits.iter().any(|misfit| field.split("` or `").any(|name| is_it(misfit, name)))
 }
 
-/// The faults in the order in which their values stand in the text; what is missing, where the object that lacks it ends.
+/// The faults in the order in which their values stand in the text; what is missing, where the
+/// object that lacks it ends.
 fn in_order(faults: Vec<FoundFault>, text: &RawValue) -> Vec<FoundFault> {
     let pointers: Vec<String> = faults.iter().map(|fault| fault.pointer().to_owned()).collect();
     let ranks = tolerant::ranks(text, &pointers);
@@ -124,9 +140,15 @@ const SENTENCES: &[(&str, &str)] = &[
     ("trailing comma", "there is a comma before a closing bracket or brace; leave it out"),
     ("trailing characters", "there is more after the end of the JSON; send one value"),
     ("key must be a string", "the name of a field must be a string in double quotes"),
-    ("control character", "there is a control character in a string; write it as an escape, such as \\n or \\u0009"),
+    (
+        "control character",
+        "there is a control character in a string; write it as an escape, such as \\n or \\u0009",
+    ),
     ("invalid escape", "there is an unknown escape in a string; a backslash is written \\\\"),
-    ("invalid number", "this is not a number of JSON, which has no leading zeros or plus signs, and digits on both sides of a point"),
+    (
+        "invalid number",
+        "this is not a number of JSON, which has no leading zeros or plus signs, and digits on both sides of a point",
+    ),
     ("invalid unicode code point", "the text is not UTF-8"),
     ("lone leading surrogate", "half of a surrogate pair stands alone in a \\u escape"),
     ("unexpected end of hex escape", "half of a surrogate pair stands alone in a \\u escape"),
@@ -149,7 +171,8 @@ pub(crate) fn shortened(text: &str) -> String {
     if count <= 2 * KEPT {
         return text.to_owned();
     }
-    let (start, end): (String, String) = (text.chars().take(KEPT).collect(), text.chars().skip(count - KEPT).collect());
+    let (start, end): (String, String) =
+        (text.chars().take(KEPT).collect(), text.chars().skip(count - KEPT).collect());
     format!("{start} [...] {end}")
 }
 
@@ -162,7 +185,13 @@ pub fn check_depth(body: &[u8], most: usize) -> Result<(), Problem> {
         return Ok(());
     }
     let detail = format!("the JSON is nested deeper than {most} levels");
-    Err(Problem::at(Status::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit", String::new(), detail))
+    Err(Problem::at(
+        Status::PAYLOAD_TOO_LARGE,
+        "too_large",
+        "Beyond a limit",
+        String::new(),
+        detail,
+    ))
 }
 
 /// What the parser itself allows.

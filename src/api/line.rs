@@ -64,8 +64,12 @@ fn explain(context: &Context, text: &[u8], number: usize) -> Refusal {
     let cut = match serde_json::from_slice::<&RawValue>(text) {
         Ok(cut) => cut,
         Err(error) => {
-            let detail = format!("{}; {FORM}", json::in_json_terms(&error).replace("the body ends", "the line ends"));
-            let problem = Problem::new(Status::BAD_REQUEST, "not_json", "The line is not JSON", detail);
+            let detail = format!(
+                "{}; {FORM}",
+                json::in_json_terms(&error).replace("the body ends", "the line ends")
+            );
+            let problem =
+                Problem::new(Status::BAD_REQUEST, "not_json", "The line is not JSON", detail);
             return (None, problem.with_position(number, error.column().max(1)).into());
         }
     };
@@ -73,13 +77,20 @@ fn explain(context: &Context, text: &[u8], number: usize) -> Refusal {
     let line = line.unwrap_or_default();
     let is_object = cut.get().starts_with('{');
     for (name, is_there) in [("op", line.op.is_some()), ("body", line.body.is_some())] {
-        let is_wrong = misfits.iter().any(|misfit| misfit.pointer == format!("/{name}") || misfit.meant.as_deref() == Some(name));
+        let is_wrong = misfits.iter().any(|misfit| {
+            misfit.pointer == format!("/{name}") || misfit.meant.as_deref() == Some(name)
+        });
         if is_object && !is_there && !is_wrong {
             misfits.push(tolerant::Misfit::missing(name));
         }
     }
     let first = misfits.first().map_or("", |misfit| misfit.detail.as_str());
-    let lead = Problem::new(Status::BAD_REQUEST, "bad_line", "The line is not an operation", format!("{first}; {FORM}"));
+    let lead = Problem::new(
+        Status::BAD_REQUEST,
+        "bad_line",
+        "The line is not an operation",
+        format!("{first}; {FORM}"),
+    );
     (line.id, lead.with_faults(misfits).into())
 }
 
@@ -98,7 +109,9 @@ impl<'de: 'a, 'a> Deserialize<'de> for Line<'a> {
                 while let Some(Text(key)) = map.next_key()? {
                     match &*key {
                         "id" => set_by(&mut line.id, "id", &mut map, A::next_value)?,
-                        "op" => set_by(&mut line.op, "op", &mut map, |map| map.next_value().map(|Text(op)| op))?,
+                        "op" => set_by(&mut line.op, "op", &mut map, |map| {
+                            map.next_value().map(|Text(op)| op)
+                        })?,
                         "body" => set_by(&mut line.body, "body", &mut map, A::next_value)?,
                         _ => refuse(&mut map, &key, FIELDS)?,
                     }
@@ -150,7 +163,9 @@ impl<'de> Deserialize<'de> for Id {
             }
 
             fn visit_u64<E: de::Error>(self, number: u64) -> Result<Id, E> {
-                i64::try_from(number).map(Id::Number).map_err(|_| E::invalid_value(Unexpected::Unsigned(number), &self))
+                i64::try_from(number)
+                    .map(Id::Number)
+                    .map_err(|_| E::invalid_value(Unexpected::Unsigned(number), &self))
             }
 
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Id, E> {

@@ -18,7 +18,8 @@ use crate::api::wire::tolerant::meant;
 
 /// The media type of lines of JSON.
 pub const NDJSON: &str = "application/x-ndjson";
-/// Lines that are computed together: a part of a batch large enough that handing it to another thread costs nothing.
+/// Lines that are computed together: a part of a batch large enough that handing it to another
+/// thread costs nothing.
 pub const PART_BYTES: usize = 32 * 1024;
 /// And not more of them, so that a part is soon done.
 pub const PART_LINES: usize = 128;
@@ -64,7 +65,13 @@ impl Part {
     ///
     /// # Errors
     /// Never for a line, which has its problem in its place; only when nobody waits any more.
-    pub fn answer(&self, context: &Context, format: Format, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<Chunks, Problem> {
+    pub fn answer(
+        &self,
+        context: &Context,
+        format: Format,
+        max_depth: usize,
+        budget: &Arc<dyn Memory>,
+    ) -> Result<Chunks, Problem> {
         self.tell(context, format, max_depth, budget).map(|(chunks, _)| chunks)
     }
 
@@ -72,12 +79,19 @@ impl Part {
     ///
     /// # Errors
     /// As [`Part::answer`].
-    pub fn tell(&self, context: &Context, format: Format, max_depth: usize, budget: &Arc<dyn Memory>) -> Result<(Chunks, Tally), Problem> {
+    pub fn tell(
+        &self,
+        context: &Context,
+        format: Format,
+        max_depth: usize,
+        budget: &Arc<dyn Memory>,
+    ) -> Result<(Chunks, Tally), Problem> {
         let (mut buffer, mut tally) = (Buffer::new(context, budget), Tally::default());
         for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
             if !line.trim_ascii().is_empty() {
                 context.checkpoint()?;
-                let is_answered = answer(context, line, self.first + i, format, max_depth, &mut buffer)?;
+                let is_answered =
+                    answer(context, line, self.first + i, format, max_depth, &mut buffer)?;
                 tally += Tally { lines: 1, failed: usize::from(!is_answered) };
             }
         }
@@ -91,7 +105,8 @@ impl Part {
         let mut buffer = Buffer::new(context, budget);
         for (i, line) in self.text.split(|byte| *byte == b'\n').enumerate() {
             if !line.trim_ascii().is_empty() {
-                let id = Line::read(context, line, self.first + i, usize::MAX).map_or_else(|(id, _)| id, |(id, ..)| id);
+                let id = Line::read(context, line, self.first + i, usize::MAX)
+                    .map_or_else(|(id, _)| id, |(id, ..)| id);
                 // A chunk for a problem is always there.
                 let _ = refused(self.first + i, id.as_ref(), problem, &mut buffer);
             }
@@ -101,14 +116,25 @@ impl Part {
 }
 
 /// Whether it could be answered; if not, its problem is written.
-fn answer(context: &Context, line: &[u8], number: usize, format: Format, max_depth: usize, buffer: &mut Buffer) -> Result<bool, Problem> {
+fn answer(
+    context: &Context,
+    line: &[u8],
+    number: usize,
+    format: Format,
+    max_depth: usize,
+    buffer: &mut Buffer,
+) -> Result<bool, Problem> {
     let (id, op, body) = match Line::read(context, line, number, max_depth) {
         Ok(parts) => parts,
-        Err((id, problem)) => return refused(number, id.as_ref(), &problem, buffer).map(|()| false),
+        Err((id, problem)) => {
+            return refused(number, id.as_ref(), &problem, buffer).map(|()| false);
+        }
     };
     let mut own = buffer.sibling();
     let computed = match operations::named(&op) {
-        Some(operation) => (operation.answer_json)(context, body.get().as_bytes(), format, &mut own),
+        Some(operation) => {
+            (operation.answer_json)(context, body.get().as_bytes(), format, &mut own)
+        }
         None => Err(unknown(&op)),
     };
     context.checkpoint()?;
@@ -127,16 +153,30 @@ fn unknown(op: &str) -> Problem {
     let names = || TABLE.iter().map(Entry::name);
     let hint = meant(op, names()).map_or(String::new(), |name| format!(" (did you mean {name}?)"));
     let all = names().collect::<Vec<_>>().join(", ");
-    let detail = format!("there is no operation `{}`{hint}; the operations are {all}", shortened(op));
-    Problem::at(Status::NOT_FOUND, "unknown_operation", "There is no such operation", "/op".into(), detail)
+    let detail =
+        format!("there is no operation `{}`{hint}; the operations are {all}", shortened(op));
+    Problem::at(
+        Status::NOT_FOUND,
+        "unknown_operation",
+        "There is no such operation",
+        "/op".into(),
+        detail,
+    )
 }
 
 fn begin(number: usize, id: Option<&Id>, what: &str, buffer: &mut Buffer) -> Result<(), Problem> {
-    let id = id.and_then(|id| serde_json::to_string(id).ok()).map_or(String::new(), |id| format!("\"id\":{id},"));
+    let id = id
+        .and_then(|id| serde_json::to_string(id).ok())
+        .map_or(String::new(), |id| format!("\"id\":{id},"));
     write!(buffer, "{{\"line\":{number},{id}\"{what}\":").map_err(json::not_written)
 }
 
-fn refused(number: usize, id: Option<&Id>, problem: &Problem, buffer: &mut Buffer) -> Result<(), Problem> {
+fn refused(
+    number: usize,
+    id: Option<&Id>,
+    problem: &Problem,
+    buffer: &mut Buffer,
+) -> Result<(), Problem> {
     begin(number, id, "problem", buffer)?;
     let text = serde_json::to_vec(problem).unwrap_or_default();
     buffer.write_all(&text).and_then(|()| buffer.write_all(b"}\n")).map_err(json::not_written)
@@ -146,7 +186,8 @@ fn refused(number: usize, id: Option<&Id>, problem: &Problem, buffer: &mut Buffe
 #[derive(Debug, Default)]
 pub struct Cutter {
     bytes: Vec<u8>,
-    /// How much of it has been cut off, how much has been searched for ends of lines, and where the last of these is.
+    /// How much of it has been cut off, how much has been searched for ends of lines, and where the
+    /// last of these is.
     cut: usize,
     seen: usize,
     end: usize,
@@ -187,7 +228,8 @@ impl Cutter {
         None
     }
 
-    /// What is left of what [`Cutter::part`] has seen: whole lines, and at the end of the stream one without its end.
+    /// What is left of what [`Cutter::part`] has seen: whole lines, and at the end of the stream
+    /// one without its end.
     pub fn rest(&mut self, is_end: bool) -> Option<Part> {
         let end = if is_end { self.bytes.len() } else { self.end };
         (end > self.cut).then(|| self.cut_off(end))

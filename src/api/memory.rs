@@ -59,7 +59,10 @@ impl Limited {
 impl Memory for Limited {
     fn lend(&self, bytes: usize) -> Result<(), NoRoom> {
         let room = |lent: usize| lent.checked_add(bytes).filter(|lent| *lent <= self.most);
-        self.lent.fetch_update(Ordering::Relaxed, Ordering::Relaxed, room).map(drop).map_err(|_| NoRoom)
+        self.lent
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, room)
+            .map(drop)
+            .map_err(|_| NoRoom)
     }
 
     fn take_back(&self, bytes: usize) {

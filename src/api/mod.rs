@@ -1,4 +1,5 @@
-//! The contract without HTTP: objects of the wire, operations, problems, JSON and the raw format, lines of batches. From bytes to bytes.
+//! The contract without HTTP: objects of the wire, operations, problems, JSON and the raw format,
+//! lines of batches. From bytes to bytes.
 
 pub mod chunks;
 pub mod cost;

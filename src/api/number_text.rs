@@ -18,7 +18,8 @@ pub struct Numbers<'a> {
     pub values: &'a [f64],
 }
 
-/// As many numbers as are worth another thread: their text takes some hundred microseconds, a thread some ten.
+/// As many numbers as are worth another thread: their text takes some hundred microseconds, a
+/// thread some ten.
 const WORTH: usize = 8_192;
 /// What a number takes in JSON, mostly; with its comma.
 const DIGITS: usize = 21;
@@ -40,7 +41,8 @@ impl Numbers<'_> {
 
     /// Writes the bytes of the numbers.
     pub fn write_raw(&self, precision: Precision, buffer: &mut Buffer) -> Result<(), Unwritten> {
-        let width = if precision == Precision::Single { size_of::<f32>() } else { size_of::<f64>() };
+        let width =
+            if precision == Precision::Single { size_of::<f32>() } else { size_of::<f64>() };
         buffer.reserve(self.values.len() * width)?;
         let mut rounded = Vec::new();
         for values in self.values.chunks(BLOCK) {
@@ -57,7 +59,12 @@ impl Numbers<'_> {
     }
 
     /// Writes the list as JSON; a long one on several threads, each its part.
-    pub fn write_json(&self, format: Format, number_text: &mut NumberText, buffer: &mut Buffer) -> Result<(), Unwritten> {
+    pub fn write_json(
+        &self,
+        format: Format,
+        number_text: &mut NumberText,
+        buffer: &mut Buffer,
+    ) -> Result<(), Unwritten> {
         buffer.write_all(b"[")?;
         let threads = buffer.threads().min(self.values.len() / WORTH);
         if threads < 2 {
@@ -65,7 +72,8 @@ impl Numbers<'_> {
             return buffer.write_all(b"]").map_err(Unwritten::from);
         }
         let part = |values| Numbers { values, ..*self };
-        let mut parts = self.values.chunks(self.rows().div_ceil(threads) * self.columns.max(1)).map(part);
+        let mut parts =
+            self.values.chunks(self.rows().div_ceil(threads) * self.columns.max(1)).map(part);
         let first = parts.next().unwrap_or(part(&[]));
         thread::scope(|scope| {
             let mut others = Vec::new();
@@ -79,7 +87,8 @@ impl Numbers<'_> {
             }
             number_text.write(first, format, buffer)?;
             for other in others {
-                buffer.append(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+                buffer
+                    .append(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
             }
             buffer.write_all(b"]").map_err(Unwritten::from)
         })
@@ -95,25 +104,38 @@ pub struct NumberText {
 
 impl Default for NumberText {
     fn default() -> Self {
-        NumberText { texts: std::array::from_fn(|_| zmij::Buffer::new()), block: Block::default(), line: Line::new() }
+        NumberText {
+            texts: std::array::from_fn(|_| zmij::Buffer::new()),
+            block: Block::default(),
+            line: Line::new(),
+        }
     }
 }
 
 impl NumberText {
     /// Whole rows, separated by commas.
-    fn write(&mut self, numbers: Numbers, format: Format, buffer: &mut Buffer) -> Result<(), Unwritten> {
+    fn write(
+        &mut self,
+        numbers: Numbers,
+        format: Format,
+        buffer: &mut Buffer,
+    ) -> Result<(), Unwritten> {
         buffer.reserve(numbers.values.len() * DIGITS)?;
-        let mut commas = Commas::of(if format.layout == Layout::Nested { numbers.columns } else { 0 });
+        let mut commas =
+            Commas::of(if format.layout == Layout::Nested { numbers.columns } else { 0 });
         for values in numbers.values.chunks(AT_ONCE) {
             check_finite(values)?;
             match format.precision {
                 Precision::Full => self.write_shortest(values, &mut commas, |value| value),
                 Precision::Single => {
                     let singles = values.iter().all(|value| (*value as f32).is_finite());
-                    singles.then(|| self.write_shortest(values, &mut commas, |value| value as f32)).ok_or_else(not_finite)?;
+                    singles
+                        .then(|| self.write_shortest(values, &mut commas, |value| value as f32))
+                        .ok_or_else(not_finite)?;
                 }
                 Precision::Digits(digits) => {
-                    self.write_rounded(values, &mut commas, Rounding::to(digits)).ok_or_else(not_finite)?;
+                    self.write_rounded(values, &mut commas, Rounding::to(digits))
+                        .ok_or_else(not_finite)?;
                 }
             }
             buffer.write_all(&self.line.bytes[..self.line.length])?;
@@ -124,7 +146,12 @@ impl NumberText {
 
     /// The shortest texts that parse back to the same numbers, all of which are finite.
     #[inline]
-    fn write_shortest<F: zmij::Float>(&mut self, values: &[f64], commas: &mut Commas, convert: fn(f64) -> F) {
+    fn write_shortest<F: zmij::Float>(
+        &mut self,
+        values: &[f64],
+        commas: &mut Commas,
+        convert: fn(f64) -> F,
+    ) {
         let mut texts = [""; AT_ONCE];
         for ((text, buffer), value) in texts.iter_mut().zip(&mut self.texts).zip(values) {
             *text = buffer.format_finite(convert(*value));
@@ -136,7 +163,12 @@ impl NumberText {
     }
 
     /// Rounded texts, or nothing where a number becomes too large.
-    fn write_rounded(&mut self, values: &[f64], commas: &mut Commas, rounding: Rounding) -> Option<()> {
+    fn write_rounded(
+        &mut self,
+        values: &[f64],
+        commas: &mut Commas,
+        rounding: Rounding,
+    ) -> Option<()> {
         self.block.round(rounding, values);
         for (i, value) in values.iter().enumerate() {
             self.line.put(commas.next());
@@ -147,7 +179,8 @@ impl NumberText {
     }
 }
 
-/// How many numbers are turned to text before their texts are copied: a text that is copied at once waits for its own stores.
+/// How many numbers are turned to text before their texts are copied: a text that is copied at once
+/// waits for its own stores.
 const AT_ONCE: usize = LANES;
 /// The longest text of a number, -2.2250738585072014e-308.
 const LONGEST: usize = 24;
@@ -182,7 +215,8 @@ impl Commas {
     }
 }
 
-/// Text of numbers, copied in words of fixed size: where the compiler does not know the length, each copy is a call.
+/// Text of numbers, copied in words of fixed size: where the compiler does not know the length,
+/// each copy is a call.
 struct Line {
     bytes: [u8; AT_ONCE * (LONGEST + 4) + ROOM],
     length: usize,
@@ -230,7 +264,9 @@ mod tests {
     fn written(columns: usize, values: &[f64], format: Format, threads: usize) -> Vec<u8> {
         let budget = memory::limited(1 << 30);
         let mut buffer = Buffer::new(&Context::default(), &budget).with_threads(threads);
-        Numbers { columns, values }.write_json(format, &mut NumberText::default(), &mut buffer).unwrap();
+        Numbers { columns, values }
+            .write_json(format, &mut NumberText::default(), &mut buffer)
+            .unwrap();
         buffer.finish().concat()
     }
 
@@ -239,12 +275,22 @@ mod tests {
         for rows in [1, 2, 3 * WORTH, 100_000] {
             let values = values(3 * rows);
             let nested: Vec<&[f64]> = values.chunks(3).collect();
-            let (nested, flat) = (serde_json::to_vec(&nested).unwrap(), serde_json::to_vec(&values).unwrap());
+            let (nested, flat) =
+                (serde_json::to_vec(&nested).unwrap(), serde_json::to_vec(&values).unwrap());
             for threads in [1, 2, 3, 7] {
                 let flattened = Format { layout: Layout::Flat, ..Format::default() };
-                assert!(written(3, &values, Format::default(), threads) == nested, "{rows} rows, {threads} threads");
-                assert!(written(3, &values, flattened, threads) == flat, "{rows} rows, {threads} threads");
-                assert!(written(0, &values, Format::default(), threads) == flat, "{rows} rows, {threads} threads");
+                assert!(
+                    written(3, &values, Format::default(), threads) == nested,
+                    "{rows} rows, {threads} threads"
+                );
+                assert!(
+                    written(3, &values, flattened, threads) == flat,
+                    "{rows} rows, {threads} threads"
+                );
+                assert!(
+                    written(0, &values, Format::default(), threads) == flat,
+                    "{rows} rows, {threads} threads"
+                );
             }
         }
     }
@@ -252,10 +298,22 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_refused() {
         let mut buffer = Buffer::new(&Context::default(), &memory::unlimited());
-        for (precision, value) in [(Precision::Full, f64::INFINITY), (Precision::Full, f64::NAN), (Precision::Single, 1e39)] {
+        for (precision, value) in [
+            (Precision::Full, f64::INFINITY),
+            (Precision::Full, f64::NAN),
+            (Precision::Single, 1e39),
+        ] {
             let numbers = Numbers { columns: 2, values: &[1.0, value] };
             assert!(numbers.write_raw(precision, &mut buffer).is_err());
-            assert!(numbers.write_json(Format { precision, ..Format::default() }, &mut NumberText::default(), &mut buffer).is_err());
+            assert!(
+                numbers
+                    .write_json(
+                        Format { precision, ..Format::default() },
+                        &mut NumberText::default(),
+                        &mut buffer
+                    )
+                    .is_err()
+            );
         }
     }
 
@@ -264,6 +322,8 @@ mod tests {
         let budget = memory::limited(0);
         let mut buffer = Buffer::new(&Context::default(), &budget).with_threads(2);
         let numbers = Numbers { columns: 3, values: &values(300_000) };
-        assert!(numbers.write_json(Format::default(), &mut NumberText::default(), &mut buffer).is_err());
+        assert!(
+            numbers.write_json(Format::default(), &mut NumberText::default(), &mut buffer).is_err()
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! How an answer is written: which numbers, in which layout, as JSON or raw.
 //!
-//! The raw format is a small JSON header in which each list of numbers is replaced by where its doubles are, and then the doubles:
+//! The raw format is a small JSON header in which each list of numbers is replaced by where its
+//! doubles are, and then the doubles:
 //!
 //! | bytes | |
 //! |---|---|
@@ -10,8 +11,9 @@
 //! | 16 and on | the header: the answer as JSON in UTF-8, padded with spaces so that what follows begins at a multiple of 8 |
 //! | after it | the numbers, little-endian IEEE 754 |
 //!
-//! `{"$f64": [start, rows, columns]}` in the header stands for `rows` entries of `columns` doubles (0 columns: plain numbers) that begin
-//! `start` doubles after the header; `$f32` the same with floats of 4 bytes, `start` counted in floats.
+//! `{"$f64": [start, rows, columns]}` in the header stands for `rows` entries of `columns` doubles
+//! (0 columns: plain numbers) that begin `start` doubles after the header; `$f32` the same with
+//! floats of 4 bytes, `start` counted in floats.
 
 use crate::api::rounded::Rounding;
 

@@ -73,8 +73,8 @@ pub struct Problem {
 /// One value at fault.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct Item {
-    /// A JSON Pointer (RFC 6901) into the request body: to the offending value; for an unknown field to its name, for a missing
-    /// one to the object that lacks it.
+    /// A JSON Pointer (RFC 6901) into the request body: to the offending value; for an unknown
+    /// field to its name, for a missing one to the object that lacks it.
     pointer: String,
     /// What is wrong with it, as a stable name.
     code: &'static str,
@@ -84,36 +84,74 @@ pub struct Item {
 
 impl Item {
     fn in_words(&self) -> String {
-        let place = if self.pointer.is_empty() { String::new() } else { format!("{}: ", self.pointer) };
+        let place =
+            if self.pointer.is_empty() { String::new() } else { format!("{}: ", self.pointer) };
         format!("\n  {place}{}", self.detail)
     }
 }
 
 impl Problem {
     /// A problem of the request as a whole.
-    pub fn new(status: Status, code: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
+    pub fn new(
+        status: Status,
+        code: &'static str,
+        title: &'static str,
+        detail: impl Into<String>,
+    ) -> Self {
         let kind = format!("urn:springline:problem:{code}").into();
         let (status, detail) = (status.0, detail.into());
-        Problem { kind, title, status, detail, code, errors: Box::default(), line: None, column: None, retry_after: 1 }
+        Problem {
+            kind,
+            title,
+            status,
+            detail,
+            code,
+            errors: Box::default(),
+            line: None,
+            column: None,
+            retry_after: 1,
+        }
     }
 
     /// A problem of one value.
-    pub fn at(status: Status, code: &'static str, title: &'static str, pointer: String, detail: String) -> Self {
+    pub fn at(
+        status: Status,
+        code: &'static str,
+        title: &'static str,
+        pointer: String,
+        detail: String,
+    ) -> Self {
         let what = if pointer.is_empty() { detail.clone() } else { format!("{pointer}: {detail}") };
-        Problem { errors: Box::new([Item { pointer, code, detail }]), ..Problem::new(status, code, title, what) }
+        Problem {
+            errors: Box::new([Item { pointer, code, detail }]),
+            ..Problem::new(status, code, title, what)
+        }
     }
 
-    /// The problem of a request with these faults, of `total` in all. What is said of the request as a whole is that of the first
-    /// fault of the most basic kind: the shape before the mathematics.
+    /// The problem of a request with these faults, of `total` in all. What is said of the request
+    /// as a whole is that of the first fault of the most basic kind: the shape before the
+    /// mathematics.
     pub fn of_all(faults: Vec<FoundFault>, total: usize) -> Self {
-        let lead = faults.iter().find(|fault| fault.status == Status::BAD_REQUEST).or(faults.first());
+        let lead =
+            faults.iter().find(|fault| fault.status == Status::BAD_REQUEST).or(faults.first());
         let Some(lead) = lead.cloned() else { return Problem::internal() };
-        let mut problem = Problem::at(lead.status, lead.item.code, lead.title, lead.item.pointer, lead.item.detail);
+        let mut problem = Problem::at(
+            lead.status,
+            lead.item.code,
+            lead.title,
+            lead.item.pointer,
+            lead.item.detail,
+        );
         match total {
             0 | 1 => {}
             2 => problem.detail.push_str(" (and 1 more fault; see errors)"),
-            ..=LISTED => problem.detail.push_str(&format!(" (and {} more faults; see errors)", total - 1)),
-            _ => problem.detail.push_str(&format!(" (and more than {} more faults; errors lists the first {LISTED})", LISTED - 1)),
+            ..=LISTED => {
+                problem.detail.push_str(&format!(" (and {} more faults; see errors)", total - 1))
+            }
+            _ => problem.detail.push_str(&format!(
+                " (and more than {} more faults; errors lists the first {LISTED})",
+                LISTED - 1
+            )),
         }
         problem.errors = faults.into_iter().take(LISTED).map(|fault| fault.item).collect();
         problem
@@ -121,7 +159,8 @@ impl Problem {
 
     /// The same problem with the values at fault.
     pub fn with_faults(mut self, misfits: Vec<Misfit>) -> Self {
-        self.errors = misfits.into_iter().take(LISTED).map(|misfit| FoundFault::from(misfit).item).collect();
+        self.errors =
+            misfits.into_iter().take(LISTED).map(|misfit| FoundFault::from(misfit).item).collect();
         self
     }
 
@@ -165,7 +204,8 @@ impl Problem {
     /// For people: the title, and below it each fault with its place.
     pub fn in_words(&self) -> String {
         let position = self.line.zip(self.column);
-        let position = position.map_or(String::new(), |(line, column)| format!(" (line {line}, column {column})"));
+        let position = position
+            .map_or(String::new(), |(line, column)| format!(" (line {line}, column {column})"));
         let faults: String = match &*self.errors {
             [] => format!("\n  {}", self.detail),
             faults => faults.iter().map(Item::in_words).collect(),
@@ -206,7 +246,11 @@ impl FoundFault {
 impl From<Error> for FoundFault {
     fn from(error: Error) -> Self {
         let (status, code, title) = classify(&error.fault);
-        FoundFault { status, title, item: Item { pointer: error.place.to_string(), code, detail: error.fault.to_string() } }
+        FoundFault {
+            status,
+            title,
+            item: Item { pointer: error.place.to_string(), code, detail: error.fault.to_string() },
+        }
     }
 }
 
@@ -224,25 +268,55 @@ impl From<Misfit> for FoundFault {
 fn classify(fault: &Fault) -> (Status, &'static str, &'static str) {
     use Status as S;
     match fault {
-        Fault::Missing { .. } | Fault::MissingTag { .. } => (S::BAD_REQUEST, "missing_field", "A field is missing"),
-        Fault::ForeignField { .. } => (S::BAD_REQUEST, "unknown_field", "A field does not belong here"),
+        Fault::Missing { .. } | Fault::MissingTag { .. } => {
+            (S::BAD_REQUEST, "missing_field", "A field is missing")
+        }
+        Fault::ForeignField { .. } => {
+            (S::BAD_REQUEST, "unknown_field", "A field does not belong here")
+        }
         Fault::TooLarge { .. } => (S::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit"),
         Fault::TooFew { .. } => (S::UNPROCESSABLE_ENTITY, "too_few", "Too few"),
         Fault::WrongCount { .. } => (S::UNPROCESSABLE_ENTITY, "wrong_count", "Counts do not match"),
-        Fault::OutOfRange { .. } => (S::UNPROCESSABLE_ENTITY, "out_of_range", "A value is out of range"),
-        Fault::NotIncreasing { .. } => (S::UNPROCESSABLE_ENTITY, "not_increasing", "Values are out of order"),
-        Fault::RepeatedPoint { .. } => (S::UNPROCESSABLE_ENTITY, "repeated_point", "A point is repeated"),
-        Fault::UnsuitableBasis(_) => (S::UNPROCESSABLE_ENTITY, "unsuitable_basis", "The basis cannot be used this way"),
-        Fault::UnsuitableCurve(_) => (S::UNPROCESSABLE_ENTITY, "unsuitable_curve", "The curve cannot be used this way"),
-        Fault::UnsuitableText(_) => (S::UNPROCESSABLE_ENTITY, "unsuitable_text", "The text cannot be drawn"),
-        Fault::Contradiction(_) => (S::UNPROCESSABLE_ENTITY, "contradiction", "Options contradict each other"),
-        Fault::ShapeRank { .. } => (S::UNPROCESSABLE_ENTITY, "rank_deficient_shape", "The shape matrix lacks rank"),
+        Fault::OutOfRange { .. } => {
+            (S::UNPROCESSABLE_ENTITY, "out_of_range", "A value is out of range")
+        }
+        Fault::NotIncreasing { .. } => {
+            (S::UNPROCESSABLE_ENTITY, "not_increasing", "Values are out of order")
+        }
+        Fault::RepeatedPoint { .. } => {
+            (S::UNPROCESSABLE_ENTITY, "repeated_point", "A point is repeated")
+        }
+        Fault::UnsuitableBasis(_) => {
+            (S::UNPROCESSABLE_ENTITY, "unsuitable_basis", "The basis cannot be used this way")
+        }
+        Fault::UnsuitableCurve(_) => {
+            (S::UNPROCESSABLE_ENTITY, "unsuitable_curve", "The curve cannot be used this way")
+        }
+        Fault::UnsuitableText(_) => {
+            (S::UNPROCESSABLE_ENTITY, "unsuitable_text", "The text cannot be drawn")
+        }
+        Fault::Contradiction(_) => {
+            (S::UNPROCESSABLE_ENTITY, "contradiction", "Options contradict each other")
+        }
+        Fault::ShapeRank { .. } => {
+            (S::UNPROCESSABLE_ENTITY, "rank_deficient_shape", "The shape matrix lacks rank")
+        }
         Fault::RowSum { .. } => (S::UNPROCESSABLE_ENTITY, "row_sum", "A row does not sum to 1"),
-        Fault::IllConditioned { .. } => (S::UNPROCESSABLE_ENTITY, "ill_conditioned", "The basis is too ill-conditioned"),
-        Fault::RankDeficient(_) => (S::UNPROCESSABLE_ENTITY, "rank_deficient", "The data does not determine the answer"),
-        Fault::ToleranceTooSmall { .. } => (S::UNPROCESSABLE_ENTITY, "tolerance_too_small", "The tolerance is below rounding"),
-        Fault::ToleranceNotMet { .. } => (S::UNPROCESSABLE_ENTITY, "tolerance_not_met", "The tolerance cannot be met"),
-        Fault::Overflow => (S::UNPROCESSABLE_ENTITY, "overflow", "The result is beyond double precision"),
+        Fault::IllConditioned { .. } => {
+            (S::UNPROCESSABLE_ENTITY, "ill_conditioned", "The basis is too ill-conditioned")
+        }
+        Fault::RankDeficient(_) => {
+            (S::UNPROCESSABLE_ENTITY, "rank_deficient", "The data does not determine the answer")
+        }
+        Fault::ToleranceTooSmall { .. } => {
+            (S::UNPROCESSABLE_ENTITY, "tolerance_too_small", "The tolerance is below rounding")
+        }
+        Fault::ToleranceNotMet { .. } => {
+            (S::UNPROCESSABLE_ENTITY, "tolerance_not_met", "The tolerance cannot be met")
+        }
+        Fault::Overflow => {
+            (S::UNPROCESSABLE_ENTITY, "overflow", "The result is beyond double precision")
+        }
         // Every fault of several is classified by itself.
         Fault::Several(_) => (S::UNPROCESSABLE_ENTITY, "several", "Several faults"),
         // The client that waited too long has been answered already.
@@ -268,7 +342,8 @@ impl fmt::Display for Problem {
 #[derive(utoipa::IntoResponses)]
 #[allow(dead_code, reason = "read by the specification only")]
 pub enum Problems {
-    /// Not JSON, or not the shape of the request: unknown, repeated or missing fields, values of another type.
+    /// Not JSON, or not the shape of the request: unknown, repeated or missing fields, values of
+    /// another type.
     #[response(status = 400, content_type = "application/problem+json")]
     BadRequest(Problem),
     /// The service wants an API key, and none it knows came with the request.

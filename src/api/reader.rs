@@ -1,13 +1,16 @@
 //! JSON of good requests, read fast.
 //!
-//! It reads what most requests hold and gives up at the rest: escapes in strings, deep nesting, and all that is wrong. Whoever calls it
-//! then reads again with `serde_json`, which knows what is wrong and where. So it may refuse what is right, but must not take what is
-//! wrong. Numbers are most of a long request; they are read in one pass, correctly rounded.
+//! It reads what most requests hold and gives up at the rest: escapes in strings, deep nesting, and
+//! all that is wrong. Whoever calls it then reads again with `serde_json`, which knows what is
+//! wrong and where. So it may refuse what is right, but must not take what is wrong. Numbers are
+//! most of a long request; they are read in one pass, correctly rounded.
 
 use std::fmt;
 
 use crate::core::context::{Context, Pace};
-use serde::de::{self, DeserializeSeed, Deserializer, EnumAccess, MapAccess, SeqAccess, VariantAccess, Visitor};
+use serde::de::{
+    self, DeserializeSeed, Deserializer, EnumAccess, MapAccess, SeqAccess, VariantAccess, Visitor,
+};
 use serde::forward_to_deserialize_any;
 
 /// It is read otherwise.
@@ -35,7 +38,10 @@ const DEPTH: usize = 64;
 ///
 /// # Errors
 /// It is not JSON, not of this type, or not what this reader knows; nobody waits for it any more.
-pub fn read<'de, T: de::Deserialize<'de>>(context: &'de Context, text: &'de [u8]) -> Result<T, GivenUp> {
+pub fn read<'de, T: de::Deserialize<'de>>(
+    context: &'de Context,
+    text: &'de [u8],
+) -> Result<T, GivenUp> {
     let mut reader = Reader { text, at: 0, depth: 0, pace: context.pace() };
     let value = T::deserialize(&mut reader)?;
     reader.skip_space();
@@ -81,7 +87,8 @@ impl<'de> Reader<'de> {
     #[inline]
     fn string(&mut self) -> Result<&'de str, GivenUp> {
         let rest = &self.text[self.at..];
-        let length = rest.iter().position(|byte| matches!(byte, b'"' | b'\\' | ..0x20)).ok_or(GivenUp)?;
+        let length =
+            rest.iter().position(|byte| matches!(byte, b'"' | b'\\' | ..0x20)).ok_or(GivenUp)?;
         self.at += length + 1;
         if rest[length] != b'"' {
             return Err(GivenUp);
@@ -155,14 +162,18 @@ impl<'de> Reader<'de> {
         Ok(if is_negative { -(number as i64) } else { number as i64 })
     }
 
-    /// The number that begins there and has been looked at, by the standard library, which rounds correctly.
+    /// The number that begins there and has been looked at, by the standard library, which rounds
+    /// correctly.
     #[inline]
     fn by_library(&self, start: usize) -> Result<f64, GivenUp> {
         let text = str::from_utf8(&self.text[start..self.at]).map_err(|_| GivenUp)?;
         text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or(GivenUp)
     }
 
-    fn nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Result<T, GivenUp>) -> Result<T, GivenUp> {
+    fn nested<T>(
+        &mut self,
+        read: impl FnOnce(&mut Self) -> Result<T, GivenUp>,
+    ) -> Result<T, GivenUp> {
         self.depth += 1;
         if self.depth > DEPTH {
             return Err(GivenUp);
@@ -187,7 +198,8 @@ impl<'de> Reader<'de> {
     }
 }
 
-/// The number that 8 bytes are, if they are digits; all taken at once (Lemire, "Number parsing at a gigabyte per second", 2021).
+/// The number that 8 bytes are, if they are digits; all taken at once (Lemire, "Number parsing at a
+/// gigabyte per second", 2021).
 #[inline]
 fn eight_digits(bytes: &[u8]) -> Option<u64> {
     let word = u64::from_le_bytes(bytes.try_into().ok()?);
@@ -202,11 +214,14 @@ fn eight_digits(bytes: &[u8]) -> Option<u64> {
     Some((hundreds * 10_000 + (hundreds >> 32)) & 0xffff_ffff)
 }
 
-/// `number * 10^exponent` where one operation on doubles makes it, correctly rounded (Clinger 1990).
+/// `number * 10^exponent` where one operation on doubles makes it, correctly rounded (Clinger
+/// 1990).
 #[inline]
 fn exact(number: u64, exponent: i64) -> Option<f64> {
-    const POWERS: [f64; 23] =
-        [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22];
+    const POWERS: [f64; 23] = [
+        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+        1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+    ];
     let power = POWERS.get(usize::try_from(exponent.unsigned_abs()).ok()?)?;
     let value = number as f64;
     (number <= 1 << 53).then(|| if exponent < 0 { value / power } else { value * power })
@@ -235,11 +250,20 @@ impl<'de> Deserializer<'de> for &mut Reader<'de> {
     }
 
     #[inline]
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, GivenUp> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, GivenUp> {
         visitor.visit_newtype_struct(self)
     }
 
-    fn deserialize_enum<V: Visitor<'de>>(self, _: &'static str, _: &'static [&'static str], visitor: V) -> Result<V::Value, GivenUp> {
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, GivenUp> {
         if self.take(b'"') { visitor.visit_enum(Name(self.string()?)) } else { Err(GivenUp) }
     }
 
@@ -275,7 +299,10 @@ impl<'de> SeqAccess<'de> for Items<'_, 'de> {
     type Error = GivenUp;
 
     #[inline]
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, GivenUp> {
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, GivenUp> {
         if !self.has_next(b']')? {
             return Ok(None);
         }
@@ -287,7 +314,10 @@ impl<'de> MapAccess<'de> for Items<'_, 'de> {
     type Error = GivenUp;
 
     #[inline]
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, GivenUp> {
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, GivenUp> {
         if !self.has_next(b'}')? {
             return Ok(None);
         }
@@ -348,7 +378,11 @@ impl<'de> VariantAccess<'de> for Name<'de> {
         Err(GivenUp)
     }
 
-    fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], _: V) -> Result<V::Value, GivenUp> {
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        _: &'static [&'static str],
+        _: V,
+    ) -> Result<V::Value, GivenUp> {
         Err(GivenUp)
     }
 }
@@ -374,8 +408,14 @@ mod tests {
     /// Whether it was read; if so, `serde_json` must read the same.
     fn agrees(text: &[u8]) -> bool {
         let Ok(value) = read::<Value>(&Context::default(), text) else { return false };
-        let theirs: Value = serde_json::from_slice(text).unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(text)));
-        assert_eq!(format!("{value:?}"), format!("{theirs:?}"), "{}", String::from_utf8_lossy(text));
+        let theirs: Value = serde_json::from_slice(text)
+            .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(text)));
+        assert_eq!(
+            format!("{value:?}"),
+            format!("{theirs:?}"),
+            "{}",
+            String::from_utf8_lossy(text)
+        );
         true
     }
 
@@ -420,12 +460,36 @@ mod tests {
                 assert_eq!(agrees(text.as_bytes()), is_finite && !is_long, "{text}");
             }
         }
-        for text in ["-0", "0", "-0.0", "999999999999999999", "-999999999999999999", "1e22", "9007199254740993.0", "1E+2"] {
+        for text in [
+            "-0",
+            "0",
+            "-0.0",
+            "999999999999999999",
+            "-999999999999999999",
+            "1e22",
+            "9007199254740993.0",
+            "1E+2",
+        ] {
             assert!(agrees(text.as_bytes()), "{text}");
         }
-        for text in
-            ["01", "-", "1.", ".5", "+1", "1e", "1e+", "NaN", "Infinity", "1e999", "00", "-01", "0x1", "1_0", "1 2", "18446744073709551615"]
-        {
+        for text in [
+            "01",
+            "-",
+            "1.",
+            ".5",
+            "+1",
+            "1e",
+            "1e+",
+            "NaN",
+            "Infinity",
+            "1e999",
+            "00",
+            "-01",
+            "0x1",
+            "1_0",
+            "1 2",
+            "18446744073709551615",
+        ] {
             assert!(!agrees(text.as_bytes()), "{text}");
         }
     }

@@ -196,7 +196,11 @@ impl Rounding {
         let biased = (value.to_bits() >> 52) as i32;
         // What is less than normal, and what may overflow.
         if biased == 0 || biased == 0x7fe {
-            return self.by_library(value).parse().is_ok_and(f64::is_finite).then(|| self.by_text(value));
+            return self
+                .by_library(value)
+                .parse()
+                .is_ok_and(f64::is_finite)
+                .then(|| self.by_text(value));
         }
         Some(self.round_normal(value.to_bits() << 11 | 1 << 63, biased - 1_086))
     }
@@ -204,7 +208,8 @@ impl Rounding {
     /// The number as it would be read from the text; infinite where that is too large.
     pub fn round(self, value: f64) -> f64 {
         const POWERS: [f64; 23] = [
-            1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+            1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+            1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
         ];
         let size = value.abs();
         let Some(decimal) = self.round_quickly(size).or_else(|| self.round_surely(size)) else {
@@ -293,7 +298,9 @@ impl Rounding {
     #[inline]
     fn put(self, Decimal { digits, exponent }: Decimal, room: &mut [u8; SPAN]) -> usize {
         match exponent {
-            -5..=6 if self.count <= SHORT => put_short(ascii_of_8(digits * self.to_8), Places::of(exponent), room),
+            -5..=6 if self.count <= SHORT => {
+                put_short(ascii_of_8(digits * self.to_8), Places::of(exponent), room)
+            }
             -5..=15 => put_plain(digits * self.to_17, Places::of(exponent), room),
             _ => put_scientific(digits * self.to_17, exponent, room),
         }
@@ -338,7 +345,8 @@ struct Places {
     least: u8,
 }
 
-/// By exponent more [`OFFSET`], the smallest in plain notation as [`zmij`] has it: so that what is written has no branch that depends on the size.
+/// By exponent more [`OFFSET`], the smallest in plain notation as [`zmij`] has it: so that what is
+/// written has no branch that depends on the size.
 static PLACES: [Places; 32] = {
     let mut places = [Places { digits: 0, point: 0, again: 0, whole: 0, more: 0, least: 0 }; 32];
     let mut i = 0;
@@ -385,7 +393,13 @@ impl Block {
 
     /// Writes number `i` of those rounded, as [`Rounding::write`] does.
     #[inline]
-    pub fn write(&self, rounding: Rounding, i: usize, value: f64, room: &mut [u8]) -> Option<usize> {
+    pub fn write(
+        &self,
+        rounding: Rounding,
+        i: usize,
+        value: f64,
+        room: &mut [u8],
+    ) -> Option<usize> {
         let exponent = self.exponents[i];
         if exponent > (6 + OFFSET) as u64 {
             return rounding.write(value, room);
@@ -399,7 +413,9 @@ impl Block {
 
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 fn round_lanes(block: &mut Block, rounding: Rounding, values: &[f64; LANES]) {
-    for ((value, digits), exponent) in values.iter().zip(&mut block.digits).zip(&mut block.exponents) {
+    for ((value, digits), exponent) in
+        values.iter().zip(&mut block.digits).zip(&mut block.exponents)
+    {
         (*digits, *exponent) = rounding.quickly(*value);
     }
     block.digits.iter_mut().for_each(|digits| *digits = ascii_of_8(*digits * rounding.to_8));
@@ -503,7 +519,8 @@ mod tests {
 
     /// As one of a block, in any place.
     fn written_in_block(value: f64, digits: u8, i: usize) -> Option<String> {
-        let (mut block, mut room, rounding) = (Block::default(), [b'#'; ROOM], Rounding::to(digits));
+        let (mut block, mut room, rounding) =
+            (Block::default(), [b'#'; ROOM], Rounding::to(digits));
         let mut values = [1.0; LANES];
         values[i] = value;
         block.round(rounding, &values[..=i]);
@@ -529,7 +546,11 @@ mod tests {
                 assert_eq!(text.as_deref(), Some(zmij::Buffer::new().format_finite(rounded)));
             }
             match text {
-                Some(text) => assert_eq!(text.parse::<f64>().unwrap().to_bits(), rounded.to_bits(), "{value:e} to {digits}"),
+                Some(text) => assert_eq!(
+                    text.parse::<f64>().unwrap().to_bits(),
+                    rounded.to_bits(),
+                    "{value:e} to {digits}"
+                ),
                 None => assert!(rounded.is_infinite()),
             }
         }
@@ -575,11 +596,27 @@ mod tests {
 
     #[test]
     fn extremes_are_rounded_as_the_library_does() {
-        let special = [0.0, -0.0, 5e-324, f64::MIN_POSITIVE, f64::MAX, f64::MIN, 1.7e308, 9.5, 0.5, 2.5, 1e22, 1e23, 9.999_999_5];
+        let special = [
+            0.0,
+            -0.0,
+            5e-324,
+            f64::MIN_POSITIVE,
+            f64::MAX,
+            f64::MIN,
+            1.7e308,
+            9.5,
+            0.5,
+            2.5,
+            1e22,
+            1e23,
+            9.999_999_5,
+        ];
         special.into_iter().for_each(check);
         for exponent in -323..=308 {
             let power: f64 = format!("1e{exponent}").parse().unwrap();
-            for value in [power, power.next_up(), power.next_down(), 9.5 * power, 0.99999995 * power] {
+            for value in
+                [power, power.next_up(), power.next_down(), 9.5 * power, 0.99999995 * power]
+            {
                 if value.is_finite() {
                     check(value);
                     check(-value);
@@ -598,7 +635,10 @@ mod tests {
             for digits in ["1", "1.5", "2.25", "9.75", "1.23456"] {
                 let value: f64 = format!("{digits}e{exponent}").parse().unwrap();
                 if value.is_normal() {
-                    assert_eq!(written(value, 7).unwrap(), zmij::Buffer::new().format_finite(value));
+                    assert_eq!(
+                        written(value, 7).unwrap(),
+                        zmij::Buffer::new().format_finite(value)
+                    );
                 }
             }
         }

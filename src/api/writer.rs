@@ -80,7 +80,10 @@ impl<'a> Writer<'a> {
     }
 
     /// A list of anything but numbers and points, or a single row of numbers.
-    pub fn list<'v, T: Written + 'v>(&mut self, items: impl IntoIterator<Item = &'v T>) -> Result<(), Unwritten> {
+    pub fn list<'v, T: Written + 'v>(
+        &mut self,
+        items: impl IntoIterator<Item = &'v T>,
+    ) -> Result<(), Unwritten> {
         self.text(b"[")?;
         for (i, item) in items.into_iter().enumerate() {
             self.text(if i == 0 { b"" } else { b"," })?;
@@ -121,10 +124,18 @@ impl<'a> Writer<'a> {
         if numbers.values.is_empty() {
             return self.text(b"[]");
         }
-        let Some(raw) = &mut self.raw else { return numbers.write_json(self.format, &mut self.number_text, self.buffer) };
+        let Some(raw) = &mut self.raw else {
+            return numbers.write_json(self.format, &mut self.number_text, self.buffer);
+        };
         let name = if precision == Precision::Single { "$f32" } else { "$f64" };
         numbers.write_raw(precision, &mut raw.data)?;
-        write!(raw.header, "{{\"{name}\":[{},{},{}]}}", raw.count, numbers.rows(), numbers.columns)?;
+        write!(
+            raw.header,
+            "{{\"{name}\":[{},{},{}]}}",
+            raw.count,
+            numbers.rows(),
+            numbers.columns
+        )?;
         raw.count += numbers.values.len();
         Ok(())
     }
@@ -150,7 +161,8 @@ pub trait Written {
     /// A number that is not finite; the buffer ends.
     fn write_to(&self, writer: &mut Writer) -> Result<(), Unwritten>;
 
-    /// A list of such values as numbers, if they are: how many columns (0 for plain numbers), and row after row.
+    /// A list of such values as numbers, if they are: how many columns (0 for plain numbers), and
+    /// row after row.
     fn numbers(_list: &[Self]) -> Option<Numbers<'_>>
     where
         Self: Sized,
@@ -234,14 +246,27 @@ mod tests {
     /// The text of an answer, read by another program and written by it in the order it came in.
     #[test]
     fn answers_are_json_as_others_write_it() {
-        for (entry, example) in TABLE.iter().flat_map(|entry| entry.examples.iter().map(move |example| (entry, example))) {
+        for (entry, example) in TABLE
+            .iter()
+            .flat_map(|entry| entry.examples.iter().map(move |example| (entry, example)))
+        {
             let mut buffer = Buffer::new(&Context::default(), &memory::limited(1 << 30));
-            (entry.answer_json)(&Context::default(), example.body.as_bytes(), Format::default(), &mut buffer).unwrap();
+            (entry.answer_json)(
+                &Context::default(),
+                example.body.as_bytes(),
+                Format::default(),
+                &mut buffer,
+            )
+            .unwrap();
             let text = String::from_utf8(buffer.finish().concat()).unwrap();
             let value: Value = serde_json::from_str(&text).unwrap();
             let mut lengths = [text.len(), value.to_string().len()];
             lengths.sort_unstable();
-            assert_eq!(lengths[0], lengths[1], "{}: the same values take as many characters", example.name);
+            assert_eq!(
+                lengths[0], lengths[1],
+                "{}: the same values take as many characters",
+                example.name
+            );
             let again: Value = serde_json::from_str(&value.to_string()).unwrap();
             assert_eq!(value, again, "{}", example.name);
         }

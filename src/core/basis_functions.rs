@@ -33,14 +33,26 @@ pub fn check_count(context: &Context, count: usize) -> Result<(), Fault> {
     at_most("samples", count, context.limits.samples, "Ask for fewer")
 }
 
-/// Samples the `order + 1` functions of a basis at `count` equally spaced parameters. O(count * degree * order).
+/// Samples the `order + 1` functions of a basis at `count` equally spaced parameters. O(count *
+/// degree * order).
 ///
 /// # Errors
 /// At `order`: one that does not suit the basis. At `count`: below 2, or more values than [`limits::ANSWER_POINTS`].
-pub fn basis_functions(context: &Context, basis: &Basis, order: usize, count: usize) -> Result<BasisFunctions, Error> {
+pub fn basis_functions(
+    context: &Context,
+    basis: &Basis,
+    order: usize,
+    count: usize,
+) -> Result<BasisFunctions, Error> {
     let degree = basis.degree(context, order).at("order")?;
     check_count(context, count).at("count")?;
-    at_most("values in the answer", count * (order + 1), context.limits.answer_points, "Ask for fewer samples").at("count")?;
+    at_most(
+        "values in the answer",
+        count * (order + 1),
+        context.limits.answer_points,
+        "Ask for fewer samples",
+    )
+    .at("count")?;
     let matrix = basis.shape_matrix(order);
     let fraction = |i: usize| i as f64 / (count - 1) as f64;
     let mut values = vec![Vec::with_capacity(count); order + 1];
@@ -90,7 +102,10 @@ mod tests {
             let sampled = basis_functions(&Context::default(), &basis, 3, 11).unwrap();
             for (i, &t) in sampled.parameters.iter().enumerate() {
                 let expected = equation_8(alpha, beta, t);
-                assert!((0..4).all(|j| (sampled.values[j][i] - expected[j]).abs() < 1e-15 * 8.0), "{alpha} {beta} {t}");
+                assert!(
+                    (0..4).all(|j| (sampled.values[j][i] - expected[j]).abs() < 1e-15 * 8.0),
+                    "{alpha} {beta} {t}"
+                );
             }
             assert_eq!(sampled.domain, (0.0, alpha));
         }

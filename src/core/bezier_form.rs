@@ -48,9 +48,15 @@ pub fn bernstein(degree: usize, u: f64, v: f64) -> Vec<f64> {
     values
 }
 
-/// One step of Horner's scheme: the sum so far and the last power of `u`, with the next control point.
+/// One step of Horner's scheme: the sum so far and the last power of `u`, with the next control
+/// point.
 #[inline(always)]
-pub(crate) fn step<const D: usize>((sum, power): (Point<D>, f64), next: Point<D>, u: f64, v: f64) -> (Point<D>, f64) {
+pub(crate) fn step<const D: usize>(
+    (sum, power): (Point<D>, f64),
+    next: Point<D>,
+    u: f64,
+    v: f64,
+) -> (Point<D>, f64) {
     let power = power * u;
     (sum * v + next * power, power)
 }
@@ -58,8 +64,8 @@ pub(crate) fn step<const D: usize>((sum, power): (Point<D>, f64), next: Point<D>
 /// The point at `u`, with `v = 1 - u` given by the caller, who may know it to more digits, of a
 /// segment whose control points were multiplied by their binomial coefficients beforehand.
 ///
-/// Horner's scheme in Bernstein form (Farin, Curves and Surfaces for CAGD, routine `hornbez`): O(d), and as
-/// all factors are non-negative it is stable. Exact at `u = 0` and at `v = 0`.
+/// Horner's scheme in Bernstein form (Farin, Curves and Surfaces for CAGD, routine `hornbez`):
+/// O(d), and as all factors are non-negative it is stable. Exact at `u = 0` and at `v = 0`.
 pub fn horner<const D: usize>(scaled: &[Point<D>], u: f64, v: f64) -> Point<D> {
     scaled[1..].iter().fold((scaled[0], 1.0), |here, &next| step(here, next, u, v)).0
 }
@@ -72,14 +78,19 @@ pub fn evaluate<const D: usize>(points: &[Point<D>], u: f64) -> Point<D> {
     horner(&scaled, u, 1.0 - u) * unit
 }
 
-/// The unit in which to scale control points whose largest coordinate is this: 1, or a power of two where it would overflow.
+/// The unit in which to scale control points whose largest coordinate is this: 1, or a power of two
+/// where it would overflow.
 pub(crate) fn unit_of(magnitude: f64) -> f64 {
     // Horner's sums are at most 2^64 times the largest coordinate.
     if magnitude > 1e288 { 2f64.powi(66) } else { 1.0 }
 }
 
 /// The control points of a segment, times their binomial coefficients, in a unit.
-pub(crate) fn scaled<const D: usize>(points: &[Point<D>], binomials: &[f64], unit: f64) -> impl Iterator<Item = Point<D>> {
+pub(crate) fn scaled<const D: usize>(
+    points: &[Point<D>],
+    binomials: &[f64],
+    unit: f64,
+) -> impl Iterator<Item = Point<D>> {
     points.iter().zip(binomials).map(move |(&p, &b)| p * (1.0 / unit) * b)
 }
 
@@ -94,7 +105,12 @@ pub fn hodograph<const D: usize>(points: &[Point<D>], length: f64) -> Vec<Point<
 
 /// One control vector of the derivative.
 #[inline]
-pub(crate) fn difference<const D: usize>(p: Point<D>, q: Point<D>, degree: usize, length: f64) -> Point<D> {
+pub(crate) fn difference<const D: usize>(
+    p: Point<D>,
+    q: Point<D>,
+    degree: usize,
+    length: f64,
+) -> Point<D> {
     let factor = degree as f64 / length;
     // A factor may overflow where the quotient does not.
     (q - p).map(|x| if factor.is_finite() { x * factor } else { x * degree as f64 / length })
@@ -121,7 +137,9 @@ pub fn elevate<const D: usize>(points: &[Point<D>], degree: usize) -> Vec<Point<
         let n = points.len() as f64;
         let mut higher = Vec::with_capacity(points.len() + 1);
         higher.push(points[0]);
-        higher.extend(points.windows(2).enumerate().map(|(i, q)| q[1].lerp(q[0], (i + 1) as f64 / n)));
+        higher.extend(
+            points.windows(2).enumerate().map(|(i, q)| q[1].lerp(q[0], (i + 1) as f64 / n)),
+        );
         higher.push(points[points.len() - 1]);
         points = higher;
     }
@@ -130,7 +148,10 @@ pub fn elevate<const D: usize>(points: &[Point<D>], degree: usize) -> Vec<Point<
 
 /// The blossom (polar form) of the segment at `d` arguments, in the segment's own parameter:
 /// de Casteljau's algorithm with another argument at each step. Ramshaw 1987.
-pub fn blossom<const D: usize>(points: &[Point<D>], arguments: impl IntoIterator<Item = f64>) -> Point<D> {
+pub fn blossom<const D: usize>(
+    points: &[Point<D>],
+    arguments: impl IntoIterator<Item = f64>,
+) -> Point<D> {
     let mut points = points.to_vec();
     for u in arguments {
         for i in 1..points.len() {
@@ -154,7 +175,8 @@ pub fn chord_error<const D: usize>(points: &[Point<D>]) -> f64 {
         return 0.0;
     }
     let (first, last) = (points[0], points[degree]);
-    let off_chord = |(i, &q): (usize, &Point<D>)| q.distance(first.lerp(last, i as f64 / degree as f64));
+    let off_chord =
+        |(i, &q): (usize, &Point<D>)| q.distance(first.lerp(last, i as f64 / degree as f64));
     let most = points.iter().enumerate().map(off_chord).fold(0.0, f64::max);
     most * (1.0 - 0.5f64.powi(degree as i32 - 1))
 }
@@ -163,7 +185,8 @@ pub fn chord_error<const D: usize>(points: &[Point<D>]) -> f64 {
 mod tests {
     use super::*;
 
-    const CUBIC: [Point<2>; 4] = [Point([0.0, 0.0]), Point([1.0, 3.0]), Point([4.0, 3.0]), Point([5.0, -1.0])];
+    const CUBIC: [Point<2>; 4] =
+        [Point([0.0, 0.0]), Point([1.0, 3.0]), Point([4.0, 3.0]), Point([5.0, -1.0])];
 
     /// The cubic in its power form, written out by hand.
     fn by_hand(t: f64) -> Point<2> {
@@ -207,7 +230,9 @@ mod tests {
     #[test]
     fn the_blossom_is_symmetric_and_has_the_curve_on_its_diagonal() {
         assert!(blossom(&CUBIC, [0.3; 3]).distance(by_hand(0.3)) < 1e-14);
-        assert!(blossom(&CUBIC, [0.1, 0.9, -1.0]).distance(blossom(&CUBIC, [-1.0, 0.1, 0.9])) < 1e-13);
+        assert!(
+            blossom(&CUBIC, [0.1, 0.9, -1.0]).distance(blossom(&CUBIC, [-1.0, 0.1, 0.9])) < 1e-13
+        );
     }
 
     #[test]
@@ -215,7 +240,10 @@ mod tests {
         let parabola = [Point([0.0, 0.0]), Point([1.0, 2.0]), Point([2.0, 0.0])];
         assert_eq!(chord_error(&parabola), 1.0);
         let bound = chord_error(&CUBIC);
-        let worst = (0..=1000).map(|i| i as f64 / 1000.0).map(|t| by_hand(t).distance(CUBIC[0].lerp(CUBIC[3], t))).fold(0.0, f64::max);
+        let worst = (0..=1000)
+            .map(|i| i as f64 / 1000.0)
+            .map(|t| by_hand(t).distance(CUBIC[0].lerp(CUBIC[3], t)))
+            .fold(0.0, f64::max);
         assert!(worst <= bound && bound < 1.5 * worst, "{worst} {bound}");
     }
 

@@ -24,10 +24,14 @@ impl fmt::Debug for Wish {
 }
 
 impl Cancellation {
-    /// Cancelled at the first checkpoint where this is true. It is called at every checkpoint, also at those after, so that it can
-    /// count them: where a computation asks does not depend on the machine, when it asks does.
+    /// Cancelled at the first checkpoint where this is true. It is called at every checkpoint, also
+    /// at those after, so that it can count them: where a computation asks does not depend on the
+    /// machine, when it asks does.
     pub fn when(watch: impl Fn() -> bool + Send + Sync + 'static) -> Self {
-        Cancellation(Arc::new(Wish { cancelled: AtomicBool::new(false), watch: Some(Box::new(watch)) }))
+        Cancellation(Arc::new(Wish {
+            cancelled: AtomicBool::new(false),
+            watch: Some(Box::new(watch)),
+        }))
     }
 
     /// From now on the result is not wanted. Not to be taken back.

@@ -1,7 +1,7 @@
 //! What a computation is held to.
 //!
-//! A computation that can take long asks now and then whether its result is still wanted, and stops when it is not. That changes no
-//! result, only whether there is one.
+//! A computation that can take long asks now and then whether its result is still wanted, and stops
+//! when it is not. That changes no result, only whether there is one.
 
 use super::cancellation::Cancellation;
 use super::error::{Error, Fault};
@@ -56,7 +56,8 @@ impl Context {
     }
 }
 
-/// Asks at the first and then at every 64th of many short steps, so that asking costs nothing next to them.
+/// Asks at the first and then at every 64th of many short steps, so that asking costs nothing next
+/// to them.
 #[derive(Debug, Clone)]
 pub struct Pace<'a> {
     context: &'a Context,
@@ -100,7 +101,9 @@ mod tests {
     fn a_watch_cancels_at_its_checkpoint_and_sees_those_after() {
         let passed = Arc::new(AtomicUsize::new(0));
         let counted = passed.clone();
-        let context = Context::until(&Cancellation::when(move || counted.fetch_add(1, Ordering::Relaxed) == 2));
+        let context = Context::until(&Cancellation::when(move || {
+            counted.fetch_add(1, Ordering::Relaxed) == 2
+        }));
         let outcomes = [(); 5].map(|()| context.checkpoint().is_ok());
         assert_eq!(outcomes, [true, true, false, false, false]);
         assert_eq!(passed.load(Ordering::Relaxed), 5);

@@ -9,8 +9,9 @@ use super::point::Point;
 use crate::core::context::Context;
 use crate::core::linear::lanes::LANES;
 
-/// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives with
-/// respect to the parameter; a `C1` joint may well be `G2`, so the order is a convention: the highest class met is named.
+/// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives
+/// with respect to the parameter; a `C1` joint may well be `G2`, so the order is a convention: the
+/// highest class met is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
     /// The segments do not meet.
@@ -44,8 +45,9 @@ impl Class {
 /// What counts as agreement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
-    /// Relative: a jump of a derivative counts from this fraction of the derivative's largest value on the two segments, a gap from
-    /// this fraction of their extent. Rounding errors are allowed besides.
+    /// Relative: a jump of a derivative counts from this fraction of the derivative's largest value
+    /// on the two segments, a gap from this fraction of their extent. Rounding errors are allowed
+    /// besides.
     pub relative: f64,
     /// A gap that is allowed besides, in the unit of the coordinates.
     pub gap: f64,
@@ -92,7 +94,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// The largest value of each measure over all joints with the lowest classes; none without joints.
+    /// The largest value of each measure over all joints with the lowest classes; none without
+    /// joints.
     pub fn worst(&self) -> Option<Joint> {
         let larger = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
         self.joints.iter().copied().reduce(|a, b| Joint {
@@ -121,24 +124,45 @@ pub fn continuity<const D: usize>(
 ) -> Result<Report, Error> {
     let breaks = composite.breaks();
     if !composite.is_spline() {
-        return measured(context, breaks, |i| orders(composite.local(i), breaks.interval(i)), closed, tolerance);
+        return measured(
+            context,
+            breaks,
+            |i| orders(composite.local(i), breaks.interval(i)),
+            closed,
+            tolerance,
+        );
     }
     let first = composite.derivative(context)?;
     let second = first.derivative(context)?;
     let gains = [composite.gains(1), composite.gains(2)];
     let orders = |i: usize| {
         let derivatives = [first.local(i), second.local(i)];
-        spline_orders(composite.local(i), derivatives, [gains[0][i], gains[1][i]], breaks.interval(i))
+        spline_orders(
+            composite.local(i),
+            derivatives,
+            [gains[0][i], gains[1][i]],
+            breaks.interval(i),
+        )
     };
     measured(context, breaks, orders, closed, tolerance)
 }
 
 /// The same of a piecewise curve, without a copy of its points where they are Bezier points.
-pub(crate) fn piecewise_continuity<const D: usize>(context: &Context, curve: &Piecewise<D>, tolerance: Tolerance) -> Result<Report, Error> {
+pub(crate) fn piecewise_continuity<const D: usize>(
+    context: &Context,
+    curve: &Piecewise<D>,
+    tolerance: Tolerance,
+) -> Result<Report, Error> {
     if curve.bases().are_identity() {
         // Differences of given points are as exact as those from an origin.
         let segment = |i| Segment { origin: Point::ZERO, points: curve.polygon(i) };
-        return measured(context, curve.breaks(), |i| orders(segment(i), curve.breaks().interval(i)), curve.closed(), tolerance);
+        return measured(
+            context,
+            curve.breaks(),
+            |i| orders(segment(i), curve.breaks().interval(i)),
+            curve.closed(),
+            tolerance,
+        );
     }
     continuity(context, &curve.composite(context)?, curve.closed(), tolerance)
 }
@@ -152,18 +176,24 @@ fn measured<const D: usize>(
 ) -> Result<Report, Error> {
     let (knots, count) = (breaks.as_slice(), breaks.segments());
     let mut joints = Vec::with_capacity(count);
-    let mut add = |parameter: &f64, gaps: Gaps| joints.push(Joint::new(*parameter, &gaps, tolerance));
+    let mut add =
+        |parameter: &f64, gaps: Gaps| joints.push(Joint::new(*parameter, &gaps, tolerance));
     if count <= FEW {
         let segments: Vec<_> = (0..count).map(&orders).collect();
         let pairs = segments.windows(2).zip(&knots[1..]);
-        pairs.for_each(|(pair, knot)| add(knot, Gaps::new(&pair[0], &pair[1], tolerance.relative, Point::norm)));
+        pairs.for_each(|(pair, knot)| {
+            add(knot, Gaps::new(&pair[0], &pair[1], tolerance.relative, Point::norm))
+        });
     } else {
         let mut group = Group::new();
         for first in (1..count).step_by(LANES) {
             context.checkpoint()?;
             let inner = &knots[first..count.min(first + LANES)];
             (0..=inner.len()).for_each(|l| group.put(l, &orders(first - 1 + l)));
-            inner.iter().zip(group.gaps(inner.len(), tolerance.relative)).for_each(|(knot, gaps)| add(knot, gaps));
+            inner
+                .iter()
+                .zip(group.gaps(inner.len(), tolerance.relative))
+                .for_each(|(knot, gaps)| add(knot, gaps));
         }
     }
     if closed {
@@ -185,7 +215,8 @@ impl Joint {
             () if meets => Class::C0,
             () => Class::Discontinuous,
         };
-        let [turn, bend] = [gaps.tangent, gaps.curvature].map(|gap| gaps.have_tangents().then_some(gap));
+        let [turn, bend] =
+            [gaps.tangent, gaps.curvature].map(|gap| gaps.have_tangents().then_some(gap));
         let g1 = turn.is_some_and(|turn| turn.size <= turn.allowed);
         let geometric = match () {
             () if !meets => Class::Discontinuous,
@@ -213,8 +244,12 @@ mod tests {
 
     fn classes(knots: &[f64], segments: &[Vec<Point<2>>]) -> Joint {
         let segments = segments.iter().map(|points| Segment { origin: Point::ZERO, points });
-        let composite =
-            Composite::from_segments(&Context::default(), Breaks::new(&Context::default(), knots.to_vec()).unwrap(), segments).unwrap();
+        let composite = Composite::from_segments(
+            &Context::default(),
+            Breaks::new(&Context::default(), knots.to_vec()).unwrap(),
+            segments,
+        )
+        .unwrap();
         continuity(&Context::default(), &composite, false, Tolerance::default()).unwrap().joints[0]
     }
 
@@ -224,14 +259,23 @@ mod tests {
 
     #[test]
     fn a_change_of_speed_along_a_line_is_geometric_only() {
-        let joint = classes(&[0.0, 1.0, 2.0], &[line(&[[0.0, 0.0], [1.0, 0.0]]), line(&[[1.0, 0.0], [3.0, 0.0]])]);
-        assert_eq!((joint.class, joint.parametric, joint.geometric), (Class::G2, Class::C0, Class::G2));
+        let joint = classes(
+            &[0.0, 1.0, 2.0],
+            &[line(&[[0.0, 0.0], [1.0, 0.0]]), line(&[[1.0, 0.0], [3.0, 0.0]])],
+        );
+        assert_eq!(
+            (joint.class, joint.parametric, joint.geometric),
+            (Class::G2, Class::C0, Class::G2)
+        );
         assert_eq!(joint.first_derivative_jump, 1.0);
     }
 
     #[test]
     fn a_corner_is_c0_with_its_angle() {
-        let joint = classes(&[0.0, 1.0, 2.0], &[line(&[[0.0, 0.0], [1.0, 0.0]]), line(&[[1.0, 0.0], [1.0, 1.0]])]);
+        let joint = classes(
+            &[0.0, 1.0, 2.0],
+            &[line(&[[0.0, 0.0], [1.0, 0.0]]), line(&[[1.0, 0.0], [1.0, 1.0]])],
+        );
         assert_eq!(joint.class, Class::C0);
         assert!((joint.tangent_angle.unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
     }
@@ -258,20 +302,47 @@ mod tests {
 
     #[test]
     fn every_joint_is_between_its_own_neighbours() {
-        let segments: Vec<_> = (0..5).map(f64::from).map(|x| line(&[[x, 0.0], [x + 0.5, x * x], [x + 1.0, 0.1 * x]])).collect();
+        let segments: Vec<_> = (0..5)
+            .map(f64::from)
+            .map(|x| line(&[[x, 0.0], [x + 0.5, x * x], [x + 1.0, 0.1 * x]]))
+            .collect();
         let composite = |knots: &[f64], of: &[usize]| {
             let points = of.iter().flat_map(|&i| segments[i].clone()).collect();
-            Composite::from_flat(Breaks::new(&Context::default(), knots.to_vec()).unwrap(), 2, points)
+            Composite::from_flat(
+                Breaks::new(&Context::default(), knots.to_vec()).unwrap(),
+                2,
+                points,
+            )
         };
         let knots = [0.0, 1.0, 3.0, 3.5, 5.0, 5.25];
-        let joints = continuity(&Context::default(), &composite(&knots, &[0, 1, 2, 3, 4]), true, Tolerance::default()).unwrap().joints;
+        let joints = continuity(
+            &Context::default(),
+            &composite(&knots, &[0, 1, 2, 3, 4]),
+            true,
+            Tolerance::default(),
+        )
+        .unwrap()
+        .joints;
         assert_eq!(joints.len(), 5);
         for i in 0..4 {
-            let alone =
-                continuity(&Context::default(), &composite(&knots[i..i + 3], &[i, i + 1]), false, Tolerance::default()).unwrap().joints[0];
+            let alone = continuity(
+                &Context::default(),
+                &composite(&knots[i..i + 3], &[i, i + 1]),
+                false,
+                Tolerance::default(),
+            )
+            .unwrap()
+            .joints[0];
             assert_eq!(joints[i], alone);
         }
-        let seam = continuity(&Context::default(), &composite(&[5.0, 5.25, 6.25], &[4, 0]), false, Tolerance::default()).unwrap().joints[0];
+        let seam = continuity(
+            &Context::default(),
+            &composite(&[5.0, 5.25, 6.25], &[4, 0]),
+            false,
+            Tolerance::default(),
+        )
+        .unwrap()
+        .joints[0];
         assert_eq!(joints[4], seam);
     }
 

@@ -2,8 +2,8 @@
 
 use super::error::{Error, Fault, every};
 
-/// A parameter so many units in the last place of the domain's larger end (or less) outside is that end: callers compute
-/// parameters, and `0.1 + 0.2 + 0.7` is beyond 1.
+/// A parameter so many units in the last place of the domain's larger end (or less) outside is that
+/// end: callers compute parameters, and `0.1 + 0.2 + 0.7` is beyond 1.
 pub const ULPS: f64 = 4.0;
 
 /// A range of a parameter, its ends included.
@@ -23,7 +23,8 @@ impl Domain<'_> {
         (self.ends.0 <= t) & (t <= self.ends.1)
     }
 
-    /// The parameter that is meant: one inside is itself, one outside by no more than rounding is the end; nothing else is clamped.
+    /// The parameter that is meant: one inside is itself, one outside by no more than rounding is
+    /// the end; nothing else is clamped.
     ///
     /// # Errors
     /// [`Fault::OutOfRange`].
@@ -51,7 +52,11 @@ impl Domain<'_> {
             "v" => "the parameter v",
             _ => "the parameter",
         };
-        Fault::OutOfRange { what, value, allowed: format!("the {of}'s domain, {a:?} <= {name} <= {b:?}") }
+        Fault::OutOfRange {
+            what,
+            value,
+            allowed: format!("the {of}'s domain, {a:?} <= {name} <= {b:?}"),
+        }
     }
 
     /// The same for a list.
@@ -59,7 +64,8 @@ impl Domain<'_> {
     /// # Errors
     /// Every parameter outside, at its position.
     pub fn settle_all(&self, values: &[f64]) -> Result<Vec<f64>, Error> {
-        // Compared and copied in one pass, as wide registers do it; searched only where one is outside.
+        // Compared and copied in one pass, as wide registers do it; searched only where one is
+        // outside.
         let mut all_within = true;
         let checked = values.iter().map(|&t| {
             all_within &= self.contains(t);
@@ -108,7 +114,8 @@ mod tests {
     #[test]
     fn every_parameter_outside_is_named() {
         let error = domain(0.0, 1.0).settle_all(&[0.0, 2.0, 0.5, -3.0]).unwrap_err();
-        let places: Vec<String> = error.each().iter().map(|error| error.place.to_string()).collect();
+        let places: Vec<String> =
+            error.each().iter().map(|error| error.place.to_string()).collect();
         assert_eq!(places, ["/1", "/3"]);
     }
 }

@@ -56,7 +56,8 @@ pub struct Error {
     pub fault: Fault,
 }
 
-/// What the mathematics, or a limit, forbids. The text says what is wrong, what is allowed and what to do.
+/// What the mathematics, or a limit, forbids. The text says what is wrong, what is allowed and what
+/// to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// Fewer of something than the operation needs.
@@ -175,7 +176,9 @@ pub enum Fault {
         columns: usize,
     },
     /// A row of a shape matrix that does not sum to 1.
-    #[error("this row sums to {sum:?}; every row of a shape matrix sums to 1 (within 1e-12), so that the curve moves with its points")]
+    #[error(
+        "this row sums to {sum:?}; every row of a shape matrix sums to 1 (within 1e-12), so that the curve moves with its points"
+    )]
     RowSum {
         /// The sum found.
         sum: f64,
@@ -194,7 +197,9 @@ pub enum Fault {
     #[error("{0}")]
     RankDeficient(String),
     /// A tolerance that rounding errors alone exceed.
-    #[error("tolerance {tolerance:?} is below what double precision can show for coordinates this large; use at least {least:.1e}")]
+    #[error(
+        "tolerance {tolerance:?} is below what double precision can show for coordinates this large; use at least {least:.1e}"
+    )]
     ToleranceTooSmall {
         /// The tolerance asked for.
         tolerance: f64,
@@ -216,7 +221,9 @@ pub enum Fault {
         advice: &'static str,
     },
     /// A result beyond the range of double precision.
-    #[error("the result exceeds the range of double precision; scale the coordinates, the knots or the order of derivatives down")]
+    #[error(
+        "the result exceeds the range of double precision; scale the coordinates, the knots or the order of derivatives down"
+    )]
     Overflow,
     /// Several faults that do not depend on each other, each at its place within this one.
     #[error("{}", .0.first().map(Error::to_string).unwrap_or_default())]
@@ -226,7 +233,8 @@ pub enum Fault {
     Cancelled,
 }
 
-/// A number as a client would write it: whole numbers without a fraction, small and large ones with an exponent.
+/// A number as a client would write it: whole numbers without a fraction, small and large ones with
+/// an exponent.
 struct Shown(f64);
 
 impl fmt::Display for Shown {
@@ -251,11 +259,13 @@ impl Error {
     }
 }
 
-/// Faults that are gathered: as many as anybody wants to read at once, and one more to know that there were more.
+/// Faults that are gathered: as many as anybody wants to read at once, and one more to know that
+/// there were more.
 pub const GATHERED: usize = 21;
 
 impl Error {
-    /// Both errors in one. What nobody waits for any more says nothing else, and what is said is not said again.
+    /// Both errors in one. What nobody waits for any more says nothing else, and what is said is
+    /// not said again.
     pub fn and(self, other: Error) -> Error {
         if [&self.fault, &other.fault].contains(&&Fault::Cancelled) {
             return Fault::Cancelled.into();
@@ -302,13 +312,20 @@ pub fn both<A, B>(a: Result<A, Error>, b: Result<B, Error>) -> Result<(A, B), Er
 ///
 /// # Errors
 /// Those of all, up to [`GATHERED`].
-pub fn every<T, E: Into<Error>>(results: impl IntoIterator<Item = Result<T, E>>) -> Result<Vec<T>, Error> {
+pub fn every<T, E: Into<Error>>(
+    results: impl IntoIterator<Item = Result<T, E>>,
+) -> Result<Vec<T>, Error> {
     let mut results = results.into_iter();
     let mut values = Vec::with_capacity(results.size_hint().0);
     while let Some(result) = results.next() {
         match result {
             Ok(value) => values.push(value),
-            Err(error) => return Err(with_the_rest(error.into(), results.filter_map(|result| result.err().map(E::into)))),
+            Err(error) => {
+                return Err(with_the_rest(
+                    error.into(),
+                    results.filter_map(|result| result.err().map(E::into)),
+                ));
+            }
         }
     }
     Ok(values)
@@ -358,7 +375,12 @@ impl<T, E: Into<Error>> At<T> for Result<T, E> {
 }
 
 /// Refuses a count above a limit.
-pub(crate) fn at_most(what: &'static str, count: usize, most: usize, advice: &'static str) -> Result<(), Fault> {
+pub(crate) fn at_most(
+    what: &'static str,
+    count: usize,
+    most: usize,
+    advice: &'static str,
+) -> Result<(), Fault> {
     if count > most { Err(Fault::TooLarge { what, count, most, advice }) } else { Ok(()) }
 }
 
@@ -367,7 +389,8 @@ pub(crate) fn at_least(what: &'static str, count: usize, least: usize) -> Result
     if count < least { Err(Fault::TooFew { what, count, least }) } else { Ok(()) }
 }
 
-/// Refuses a list that does not increase, with the position of the first value that breaks the rule.
+/// Refuses a list that does not increase, with the position of the first value that breaks the
+/// rule.
 pub(crate) fn increasing(what: &'static str, values: &[f64], strictly: bool) -> Result<(), Error> {
     for (i, pair) in values.windows(2).enumerate() {
         let (previous, value) = (pair[0], pair[1]);

@@ -24,7 +24,8 @@ pub enum Sampling {
 pub struct Quantities {
     /// The unit tangent.
     pub tangent: bool,
-    /// The unit normal: in the plane the tangent turned left by 90 degrees, in space the principal normal.
+    /// The unit normal: in the plane the tangent turned left by 90 degrees, in space the principal
+    /// normal.
     pub normal: bool,
     /// The curvature: in the plane positive where the curve turns left, in space never negative.
     pub curvature: bool,
@@ -43,7 +44,8 @@ pub struct Samples<const D: usize> {
     pub parameters: Vec<f64>,
     /// The points there.
     pub points: Vec<Point<D>>,
-    /// `derivatives[k - 1]`: the `k`-th derivatives with respect to the curve's own parameter, from the right at a joint.
+    /// `derivatives[k - 1]`: the `k`-th derivatives with respect to the curve's own parameter, from
+    /// the right at a joint.
     pub derivatives: Vec<Vec<Point<D>>>,
     /// The quantities asked for.
     pub frames: Frames<D>,
@@ -71,8 +73,8 @@ pub struct Frames<const D: usize> {
 pub struct Degenerate {
     /// Position in the list of parameters.
     pub index: usize,
-    /// Whether the speed is zero, within rounding: then only the speed exists. Otherwise the curve is
-    /// straight there to second order: a curve in space has no normal and no torsion.
+    /// Whether the speed is zero, within rounding: then only the speed exists. Otherwise the curve
+    /// is straight there to second order: a curve in space has no normal and no torsion.
     pub zero_speed: bool,
 }
 
@@ -104,11 +106,18 @@ pub fn evaluate<const D: usize>(
         context.limits.answer_points,
         "Ask for fewer samples or derivatives",
     )?;
-    let jets = jets(context, &composite, &parameters, derivatives.max(quantities.highest_derivative()))?;
+    let jets =
+        jets(context, &composite, &parameters, derivatives.max(quantities.highest_derivative()))?;
     let frames = frames(context, &composite, &parameters, &jets, quantities)?;
     let mut lists = jets.into_iter();
     let points = lists.next().unwrap_or_default();
-    Ok(Samples { domain: composite.breaks().domain(), parameters, points, derivatives: lists.take(derivatives).collect(), frames })
+    Ok(Samples {
+        domain: composite.breaks().domain(),
+        parameters,
+        points,
+        derivatives: lists.take(derivatives).collect(),
+        frames,
+    })
 }
 
 /// Refuses more orders of derivatives than any curve has.
@@ -116,7 +125,12 @@ pub fn evaluate<const D: usize>(
 /// # Errors
 /// [`Fault::TooLarge`].
 pub fn check_orders(context: &Context, derivatives: usize) -> Result<(), Fault> {
-    at_most("orders of derivatives", derivatives, context.limits.degree, "Higher derivatives of these polynomials are zero")
+    at_most(
+        "orders of derivatives",
+        derivatives,
+        context.limits.degree,
+        "Higher derivatives of these polynomials are zero",
+    )
 }
 
 impl Sampling {
@@ -125,10 +139,15 @@ impl Sampling {
     /// # Errors
     /// Counts out of range, a tolerance that is no distance, each at its field.
     pub fn check(&self, context: &Context) -> Result<(), Error> {
-        let few = |count| at_most("samples", count, context.limits.samples, "Sample the curve in parts");
+        let few =
+            |count| at_most("samples", count, context.limits.samples, "Sample the curve in parts");
         match self {
-            Sampling::Count(count) => at_least("samples", *count, 2).and_then(|()| few(*count)).at("count"),
-            Sampling::Parameters(values) => at_least("parameters", values.len(), 1).and_then(|()| few(values.len())).at("values"),
+            Sampling::Count(count) => {
+                at_least("samples", *count, 2).and_then(|()| few(*count)).at("count")
+            }
+            Sampling::Parameters(values) => at_least("parameters", values.len(), 1)
+                .and_then(|()| few(values.len()))
+                .at("values"),
             Sampling::Tolerance(tolerance) => check_distance(*tolerance).at("tolerance"),
         }
     }
@@ -162,15 +181,24 @@ fn jets<const D: usize>(
     Ok(lists)
 }
 
-fn parameters<const D: usize>(context: &Context, composite: &Composite<D>, sampling: &Sampling) -> Result<Vec<f64>, Error> {
+fn parameters<const D: usize>(
+    context: &Context,
+    composite: &Composite<D>,
+    sampling: &Sampling,
+) -> Result<Vec<f64>, Error> {
     let (a, b) = composite.breaks().domain();
     match sampling {
         Sampling::Count(count) => Ok(uniform(a, b, *count as u32)),
-        Sampling::Parameters(values) => Domain { ends: (a, b), name: "t", of: "curve" }.settle_all(values).at("values").at("sampling"),
+        Sampling::Parameters(values) => Domain { ends: (a, b), name: "t", of: "curve" }
+            .settle_all(values)
+            .at("values")
+            .at("sampling"),
         Sampling::Tolerance(tolerance) => {
             check_tolerance(*tolerance, composite.magnitude()).at("tolerance").at("sampling")?;
             composite.check_joined().at("curve")?;
-            let pieces = flat_pieces(context, composite, *tolerance, context.limits.samples - 1).at("tolerance").at("sampling")?;
+            let pieces = flat_pieces(context, composite, *tolerance, context.limits.samples - 1)
+                .at("tolerance")
+                .at("sampling")?;
             Ok(std::iter::once(a).chain(pieces.into_iter().map(|piece| piece.end)).collect())
         }
     }
@@ -188,11 +216,16 @@ pub fn check_distance(tolerance: f64) -> Result<(), Fault> {
     Err(Fault::OutOfRange { what: "tolerance", value: tolerance, allowed })
 }
 
-/// Refuses a tolerance that is not positive, or that rounding errors of coordinates this large exceed.
+/// Refuses a tolerance that is not positive, or that rounding errors of coordinates this large
+/// exceed.
 pub(crate) fn check_tolerance(tolerance: f64, magnitude: f64) -> Result<(), Error> {
     check_distance(tolerance)?;
     let least = 64.0 * f64::EPSILON * magnitude;
-    if tolerance < least { Err(Fault::ToleranceTooSmall { tolerance, least }.into()) } else { Ok(()) }
+    if tolerance < least {
+        Err(Fault::ToleranceTooSmall { tolerance, least }.into())
+    } else {
+        Ok(())
+    }
 }
 
 /// A piece of one segment that its chord represents within a tolerance.
@@ -222,7 +255,8 @@ pub(crate) fn flat_pieces<const D: usize>(
         while let Some((start, end, points)) = stack.pop() {
             pace.step()?;
             let middle = start + 0.5 * (end - start);
-            // An interval without a double inside cannot be halved; its chord is as good as it gets.
+            // An interval without a double inside cannot be halved; its chord is as good as it
+            // gets.
             if chord_error(&points) <= tolerance || middle <= start || middle >= end {
                 pieces.push(Piece { segment, end, points });
             } else {
@@ -231,7 +265,12 @@ pub(crate) fn flat_pieces<const D: usize>(
                 stack.push((start, middle, left));
             }
             let least = pieces.len() + stack.len();
-            at_most("pieces that this tolerance needs at the least", least, most, "Raise the tolerance, or take the curve in parts")?;
+            at_most(
+                "pieces that this tolerance needs at the least",
+                least,
+                most,
+                "Raise the tolerance, or take the curve in parts",
+            )?;
         }
     }
     Ok(pieces)
@@ -258,7 +297,8 @@ fn frames<const D: usize>(
         if next != segment {
             (segment, size) = (next, magnitude(composite.local(next).points));
         }
-        // Derivatives are as exact as differences of the control points are: they round in units of their own size.
+        // Derivatives are as exact as differences of the control points are: they round in units of
+        // their own size.
         let rounding = [0, 1].map(|k| 8.0 * f64::EPSILON * size * gains[k][segment]);
         let jet = |k: usize| jets.get(k).map_or(Point::ZERO, |list| list[index]);
         let frame = MovingFrame::new([jet(1), jet(2), jet(3)], rounding);
@@ -282,7 +322,13 @@ impl<const D: usize> MovingFrame<D> {
         let speed = first.norm();
         let tangent = if speed > rounding[0] { first.unit() } else { None };
         let Some(t) = tangent else {
-            return MovingFrame { speed, tangent: None, normal: None, curvature: None, torsion: None };
+            return MovingFrame {
+                speed,
+                tangent: None,
+                normal: None,
+                curvature: None,
+                torsion: None,
+            };
         };
         // The part of the second derivative across the tangent: curvature times speed squared.
         let across = second - t * t.dot(second);
@@ -290,7 +336,13 @@ impl<const D: usize> MovingFrame<D> {
         if D == 2 {
             let left = Self::left_of(t);
             let curvature = left.dot(second) / speed / speed;
-            return MovingFrame { speed, tangent, normal: Some(left), curvature: Some(curvature), torsion: None };
+            return MovingFrame {
+                speed,
+                tangent,
+                normal: Some(left),
+                curvature: Some(curvature),
+                torsion: None,
+            };
         }
         let normal = if bend > rounding[1] { across.unit() } else { None };
         let torsion = normal.map(|n| triple(t, n, third) / bend / speed);
@@ -311,7 +363,9 @@ fn triple<const D: usize>(a: Point<D>, b: Point<D>, c: Point<D>) -> f64 {
     if D != 3 {
         return 0.0;
     }
-    a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+    a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
 impl<const D: usize> Frames<D> {

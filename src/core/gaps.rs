@@ -10,21 +10,30 @@ use crate::core::linear::lanes::LANES;
 pub(super) struct Order<const D: usize> {
     first: Point<D>,
     last: Point<D>,
-    /// The largest value of its control vectors, of the points their extent: what a relative tolerance refers to.
+    /// The largest value of its control vectors, of the points their extent: what a relative
+    /// tolerance refers to.
     scale: f64,
     /// The rounding error that comes from the Bezier points, in roundings.
     of_points: f64,
-    /// The relative one that comes from the length of the interval, the difference of two rounded knots, in roundings.
+    /// The relative one that comes from the length of the interval, the difference of two rounded
+    /// knots, in roundings.
     of_length: f64,
 }
 
 impl<const D: usize> Order<D> {
     /// The points themselves, with their largest coordinate.
     fn of_points(segment: Segment<D>, magnitude: f64) -> Self {
-        Order { first: segment.first(), last: segment.last(), scale: extent(segment.points), of_points: magnitude, of_length: 0.0 }
+        Order {
+            first: segment.first(),
+            last: segment.last(),
+            scale: extent(segment.points),
+            of_points: magnitude,
+            of_length: 0.0,
+        }
     }
 
-    /// Derivative `k` of a segment, as large as this for points of its size; its control vectors are still to be added.
+    /// Derivative `k` of a segment, as large as this for points of its size; its control vectors
+    /// are still to be added.
     fn new(k: usize, size: f64, (a, b): (f64, f64)) -> Self {
         let of_length = k as f64 * (a.abs().max(b.abs()) / (b - a));
         Order { first: Point::ZERO, last: Point::ZERO, scale: 0.0, of_points: size, of_length }
@@ -60,7 +69,13 @@ impl<const D: usize> Sides<D> {
     #[inline(always)]
     pub(super) fn new(before: &Order<D>, after: &Order<D>, norm: impl Fn(Point<D>) -> f64) -> Self {
         let (left, right, scale) = (before.last, after.first, larger(before.scale, after.scale));
-        Sides { left, right, jump: norm(left - right), scale, rounding: larger(before.rounding(scale), after.rounding(scale)) }
+        Sides {
+            left,
+            right,
+            jump: norm(left - right),
+            scale,
+            rounding: larger(before.rounding(scale), after.rounding(scale)),
+        }
     }
 
     #[inline(always)]
@@ -103,7 +118,8 @@ pub(super) struct Gaps {
 }
 
 impl Gaps {
-    /// With the lengths of vectors as `norm` has them. Steps without branches, so that registers may take many joints at once.
+    /// With the lengths of vectors as `norm` has them. Steps without branches, so that registers
+    /// may take many joints at once.
     #[inline(always)]
     pub(super) fn new<const D: usize>(
         before: &[Order<D>; 3],
@@ -124,7 +140,8 @@ impl Gaps {
         let blur = first.rounding * slowness;
         // A tangent turned by a rounding error turns the curvature vector with it.
         let allowed = (second.allowed(tolerance) + second.scale * blur) * slowness * slowness;
-        let bend = curvature(left, tangents.0, second.left) - curvature(right, tangents.1, second.right);
+        let bend =
+            curvature(left, tangents.0, second.left) - curvature(right, tangents.1, second.right);
         Gaps {
             position: position.gap(tolerance),
             first: first.gap(tolerance),
@@ -142,7 +159,11 @@ impl Gaps {
 
     /// Whether no length was beyond what is safely squared.
     fn are_numbers(&self) -> bool {
-        let sizes = self.position.size + self.first.size + self.second.size + self.tangent.size + self.curvature.size;
+        let sizes = self.position.size
+            + self.first.size
+            + self.second.size
+            + self.tangent.size
+            + self.curvature.size;
         !sizes.is_nan()
     }
 }
@@ -178,7 +199,8 @@ impl<const D: usize> Columns<D> {
 
     fn put(&mut self, l: usize, order: &Order<D>) {
         (0..D).for_each(|k| (self.first[k][l], self.last[k][l]) = (order.first[k], order.last[k]));
-        (self.scale[l], self.of_points[l], self.of_length[l]) = (order.scale, order.of_points, order.of_length);
+        (self.scale[l], self.of_points[l], self.of_length[l]) =
+            (order.scale, order.of_points, order.of_length);
     }
 
     #[inline(always)]
@@ -210,12 +232,17 @@ impl<const D: usize> Group<D> {
         [position.get(l), first.get(l), second.get(l)]
     }
 
-    /// The gaps between the first segments and those after them, with the bits of one joint at a time.
+    /// The gaps between the first segments and those after them, with the bits of one joint at a
+    /// time.
     pub(super) fn gaps(&mut self, count: usize, tolerance: f64) -> impl Iterator<Item = Gaps> {
         fill(self, count.next_multiple_of(8), tolerance);
         (0..count).map(move |l| {
             let gaps = self.gaps_at(l);
-            if gaps.are_numbers() { gaps } else { Gaps::new(&self.get(l), &self.get(l + 1), tolerance, Point::norm) }
+            if gaps.are_numbers() {
+                gaps
+            } else {
+                Gaps::new(&self.get(l), &self.get(l + 1), tolerance, Point::norm)
+            }
         })
     }
 
@@ -230,7 +257,14 @@ impl<const D: usize> Group<D> {
 
     fn gaps_at(&self, l: usize) -> Gaps {
         let gap = |k: usize| Gap { size: self.gaps[2 * k][l], allowed: self.gaps[2 * k + 1][l] };
-        Gaps { position: gap(0), first: gap(1), second: gap(2), tangent: gap(3), curvature: gap(4), blur: self.gaps[10][l] }
+        Gaps {
+            position: gap(0),
+            first: gap(1),
+            second: gap(2),
+            tangent: gap(3),
+            curvature: gap(4),
+            blur: self.gaps[10][l],
+        }
     }
 }
 
@@ -250,8 +284,8 @@ fn quick_norm<const D: usize>(vector: Point<D>) -> f64 {
     if is_safe(square) | is_zero { square.sqrt() } else { f64::NAN }
 }
 
-/// `size d! / (d - k)! (2 / length)^k`: how large a `k`-th derivative can be for points of this size. Rounding
-/// errors of derivatives are measured in it. Overflows only where its value does.
+/// `size d! / (d - k)! (2 / length)^k`: how large a `k`-th derivative can be for points of this
+/// size. Rounding errors of derivatives are measured in it. Overflows only where its value does.
 #[inline]
 pub(crate) fn derivative_size(size: f64, degree: usize, k: usize, length: f64) -> f64 {
     (0..k).fold(size, |size, i| size * degree.saturating_sub(i) as f64 * 2.0 / length)
@@ -261,7 +295,11 @@ pub(crate) fn derivative_size(size: f64, degree: usize, k: usize, length: f64) -
 fn extent<const D: usize>(points: &[Point<D>]) -> f64 {
     let squares = points.iter().map(|&p| (p - points[0]).dot(p - points[0]));
     let largest = squares.fold(0.0, larger);
-    if is_safe(largest) { largest.sqrt() } else { points.iter().map(|p| p.distance(points[0])).fold(0.0, f64::max) }
+    if is_safe(largest) {
+        largest.sqrt()
+    } else {
+        points.iter().map(|p| p.distance(points[0])).fold(0.0, f64::max)
+    }
 }
 
 /// Points and the first two derivatives of one segment.
@@ -283,7 +321,8 @@ pub(super) fn orders<const D: usize>(segment: Segment<D>, interval: (f64, f64)) 
     [Order::of_points(segment, magnitude), first, second]
 }
 
-/// The same from the derivatives of a B-spline and their gains (see [`Composite::gains`](super::curve::Composite::gains)).
+/// The same from the derivatives of a B-spline and their gains (see
+/// [`Composite::gains`](super::curve::Composite::gains)).
 pub(super) fn spline_orders<const D: usize>(
     segment: Segment<D>,
     derivatives: [Segment<D>; 2],
@@ -313,7 +352,12 @@ mod tests {
         let number = |i: usize| ((i as f64 * 12.9898).sin() * 43758.5453).fract();
         for size in [1.0, 1e-200, 1e200, 1e-320] {
             // Some neighbours meet, some stand still.
-            let point = |i: usize| Point([0, 1, 2].map(|k| if i % 7 == k { 0.0 } else { size * number(3 * (i - i / 11) + k) }));
+            let point =
+                |i: usize| {
+                    Point([0, 1, 2].map(|k| {
+                        if i % 7 == k { 0.0 } else { size * number(3 * (i - i / 11) + k) }
+                    }))
+                };
             let segment = |i: usize| {
                 let points = [0, 1, 2, 3].map(|k| point(3 * i + k));
                 orders(Segment { origin: Point::ZERO, points: &points }, (i as f64, i as f64 + 1.0))
@@ -321,12 +365,20 @@ mod tests {
             let segments: Vec<_> = (0..=LANES).map(segment).collect();
             for count in [1, 8, 9, LANES] {
                 let mut group = Group::<3>::new();
-                segments.iter().take(count + 1).enumerate().for_each(|(l, orders)| group.put(l, orders));
+                segments
+                    .iter()
+                    .take(count + 1)
+                    .enumerate()
+                    .for_each(|(l, orders)| group.put(l, orders));
                 let together: Vec<_> = group.gaps(count, 1e-9).collect();
                 assert_eq!(together.len(), count);
                 for (l, gaps) in together.iter().enumerate() {
                     let alone = Gaps::new(&segments[l], &segments[l + 1], 1e-9, Point::norm);
-                    assert_eq!(format!("{gaps:?}"), format!("{alone:?}"), "joint {l} of {count}, size {size}");
+                    assert_eq!(
+                        format!("{gaps:?}"),
+                        format!("{alone:?}"),
+                        "joint {l} of {count}, size {size}"
+                    );
                 }
             }
         }

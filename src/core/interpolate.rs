@@ -43,9 +43,10 @@ pub struct Interpolant<const D: usize> {
 
 /// The C2 cubic through the points in turn, its segments written in the bases given. O(points).
 ///
-/// The curve does not depend on the shape parameters: there is one C2 composite cubic through the points for
-/// these knots and end conditions, and the bases only change its control points. So the spline is solved once
-/// for its derivatives at the points, a tridiagonal system that is well conditioned whatever the bases.
+/// The curve does not depend on the shape parameters: there is one C2 composite cubic through the
+/// points for these knots and end conditions, and the bases only change its control points. So the
+/// spline is solved once for its derivatives at the points, a tridiagonal system that is well
+/// conditioned whatever the bases.
 ///
 /// # Errors
 /// At `points`: fewer than 2 (closed: 3), more than [`limits::DATA_POINTS`], neighbours that coincide where
@@ -69,12 +70,15 @@ pub fn interpolate<const D: usize>(
     };
     // Solving takes a few milliseconds for the most points allowed.
     context.checkpoint()?;
-    let (curve, condition) = written_in(context, bases, &ways, closed, hermite(points, &derivatives, &breaks), breaks).map_err(overflow)?;
+    let (curve, condition) =
+        written_in(context, bases, &ways, closed, hermite(points, &derivatives, &breaks), breaks)
+            .map_err(overflow)?;
     let continuity = piecewise_continuity(context, &curve, Tolerance::default())?;
     Ok(Interpolant { curve, continuity, condition })
 }
 
-/// The curve with these joined Bezier points in other bases, and the largest condition number of those.
+/// The curve with these joined Bezier points in other bases, and the largest condition number of
+/// those.
 fn written_in<const D: usize>(
     context: &Context,
     bases: Bases,
@@ -86,7 +90,8 @@ fn written_in<const D: usize>(
     if bases.are_identity() {
         return Ok((Piecewise::new(context, bases, 3, breaks, closed, bezier)?, 1.0));
     }
-    let curve = Piecewise::new(context, Bases::Common(Basis::Bezier(Bezier)), 3, breaks, closed, bezier)?;
+    let curve =
+        Piecewise::new(context, Bases::Common(Basis::Bezier(Bezier)), 3, breaks, closed, bezier)?;
     Piecewise::by_ways(context, bases, ways, 3, &curve.composite(context)?, closed)
 }
 
@@ -95,22 +100,38 @@ fn overflow(error: Error) -> Error {
     if error.fault == Fault::Overflow { Fault::Overflow.into() } else { error }
 }
 
-fn check<const D: usize>(context: &Context, points: &[Point<D>], shape: EndConditions<D>) -> Result<(), Error> {
+fn check<const D: usize>(
+    context: &Context,
+    points: &[Point<D>],
+    shape: EndConditions<D>,
+) -> Result<(), Error> {
     let in_points = |fault: Fault| fault.at("points");
-    at_least("points", points.len(), if shape == EndConditions::Closed { 3 } else { 2 }).map_err(in_points)?;
-    at_most("points", points.len(), context.limits.data_points, "Interpolate them in parts").map_err(in_points)?;
-    let segments = points.len() - usize::from(shape != EndConditions::Closed);
-    at_most("segments", segments, context.limits.segments, "Interpolate the points in parts").map_err(in_points)?;
-    let control_points = 3 * segments + 1;
-    at_most("control points in the answer", control_points, context.limits.control_points, "Interpolate the points in parts")
+    at_least("points", points.len(), if shape == EndConditions::Closed { 3 } else { 2 })
         .map_err(in_points)?;
+    at_most("points", points.len(), context.limits.data_points, "Interpolate them in parts")
+        .map_err(in_points)?;
+    let segments = points.len() - usize::from(shape != EndConditions::Closed);
+    at_most("segments", segments, context.limits.segments, "Interpolate the points in parts")
+        .map_err(in_points)?;
+    let control_points = 3 * segments + 1;
+    at_most(
+        "control points in the answer",
+        control_points,
+        context.limits.control_points,
+        "Interpolate the points in parts",
+    )
+    .map_err(in_points)?;
     finite_points(points).at("points")?;
     if let EndConditions::Open(start, end) = shape {
         let both = start == End::NotAKnot && end == End::NotAKnot;
         let least = if both { 4 } else { 3 };
         for (name, condition) in [("start", start), ("end", end)] {
             if condition == End::NotAKnot && points.len() < least {
-                let what = if both { "points with not-a-knot at both ends" } else { "points with not-a-knot at one end" };
+                let what = if both {
+                    "points with not-a-knot at both ends"
+                } else {
+                    "points with not-a-knot at one end"
+                };
                 return Err(Fault::TooFew { what, count: points.len(), least }.at(name));
             }
         }
@@ -118,11 +139,17 @@ fn check<const D: usize>(context: &Context, points: &[Point<D>], shape: EndCondi
     Ok(())
 }
 
-/// How control points are found; refuses a basis that cannot write every cubic, at `basis` or at its place in `bases`.
-fn ways_back(context: &Context, bases: &Bases, segments: usize) -> Result<PerSegment<WayBack>, Error> {
+/// How control points are found; refuses a basis that cannot write every cubic, at `basis` or at
+/// its place in `bases`.
+fn ways_back(
+    context: &Context,
+    bases: &Bases,
+    segments: usize,
+) -> Result<PerSegment<WayBack>, Error> {
     bases.check_count(segments).at("bases")?;
     bases.map(context, |i, basis| {
-        let way = basis.way_back(context, 3).and_then(|way| basis.joinable(context, 3).map(|()| way));
+        let way =
+            basis.way_back(context, 3).and_then(|way| basis.joinable(context, 3).map(|()| way));
         match bases {
             Bases::Common(_) => way.at("basis"),
             Bases::PerSegment(_) => way.at(i).at("bases"),
@@ -131,14 +158,22 @@ fn ways_back(context: &Context, bases: &Bases, segments: usize) -> Result<PerSeg
 }
 
 /// Bezier points of all segments, joined, from points and derivatives.
-fn hermite<const D: usize>(points: &[Point<D>], derivatives: &[Point<D>], breaks: &Breaks) -> Vec<Point<D>> {
+fn hermite<const D: usize>(
+    points: &[Point<D>],
+    derivatives: &[Point<D>],
+    breaks: &Breaks,
+) -> Vec<Point<D>> {
     let mut bezier = Vec::with_capacity(3 * breaks.segments() + 1);
     bezier.push(points[0]);
     for i in 0..breaks.segments() {
         let (a, b) = breaks.interval(i);
         let third = (b - a) / 3.0;
         let next = if i + 1 < points.len() { i + 1 } else { 0 };
-        bezier.extend([points[i] + derivatives[i] * third, points[next] - derivatives[next] * third, points[next]]);
+        bezier.extend([
+            points[i] + derivatives[i] * third,
+            points[next] - derivatives[next] * third,
+            points[next],
+        ]);
     }
     bezier
 }
@@ -152,16 +187,16 @@ struct Row<const D: usize> {
     right: Point<D>,
 }
 
-/// C2 at the point between intervals of lengths `h` and `k` with mean slopes `s` and `t` (de Boor 1978, IV (7)),
-/// divided by `h + k` so that its size does not depend on theirs.
+/// C2 at the point between intervals of lengths `h` and `k` with mean slopes `s` and `t` (de Boor
+/// 1978, IV (7)), divided by `h + k` so that its size does not depend on theirs.
 fn inner_row<const D: usize>(h: f64, s: Point<D>, k: f64, t: Point<D>) -> Row<D> {
     let part = 1.0 / (h + k);
     let (w, x) = (k * part, h * part);
     Row { before: w, diagonal: 2.0, after: x, right: (s * w + t * x) * 3.0 }
 }
 
-/// The condition at an end whose interval has length `h` and mean slope `s`; the next one `k` and `t`. Given for
-/// the start; at the end the roles of `before` and `after` change.
+/// The condition at an end whose interval has length `h` and mean slope `s`; the next one `k` and
+/// `t`. Given for the start; at the end the roles of `before` and `after` change.
 fn end_row<const D: usize>(end: End<D>, h: f64, s: Point<D>, k: f64, t: Point<D>) -> Row<D> {
     match end {
         End::Natural => Row { before: 0.0, diagonal: 2.0, after: 1.0, right: s * 3.0 },
@@ -182,12 +217,22 @@ fn slopes<const D: usize>(points: &[Point<D>], knots: &[f64]) -> (Vec<f64>, Vec<
     (lengths, slopes)
 }
 
-/// The derivatives at the points of the C2 cubic through them with this condition at both ends. O(points).
-pub(crate) fn derivatives<const D: usize>(points: &[Point<D>], knots: &[f64], ends: End<D>) -> Vec<Point<D>> {
+/// The derivatives at the points of the C2 cubic through them with this condition at both ends.
+/// O(points).
+pub(crate) fn derivatives<const D: usize>(
+    points: &[Point<D>],
+    knots: &[f64],
+    ends: End<D>,
+) -> Vec<Point<D>> {
     open_derivatives(points, knots, ends, ends)
 }
 
-fn open_derivatives<const D: usize>(points: &[Point<D>], knots: &[f64], start: End<D>, end: End<D>) -> Vec<Point<D>> {
+fn open_derivatives<const D: usize>(
+    points: &[Point<D>],
+    knots: &[f64],
+    start: End<D>,
+    end: End<D>,
+) -> Vec<Point<D>> {
     let (h, s) = slopes(points, knots);
     let last = h.len() - 1;
     let inner = (0..last).map(|i| inner_row(h[i], s[i], h[i + 1], s[i + 1]));
@@ -196,11 +241,14 @@ fn open_derivatives<const D: usize>(points: &[Point<D>], knots: &[f64], start: E
     let next = last.saturating_sub(1);
     let last_row = end_row(end, h[last], s[last], h[next], s[next]);
     let mirrored = Row { before: last_row.after, after: last_row.before, ..last_row };
-    tridiagonal(std::iter::once(first_row).chain(inner).chain(std::iter::once(mirrored)), points.len())
+    tridiagonal(
+        std::iter::once(first_row).chain(inner).chain(std::iter::once(mirrored)),
+        points.len(),
+    )
 }
 
-/// Gaussian elimination without pivoting: the rows are diagonally dominant, but for a not-a-knot row at an
-/// end, after whose elimination the rest is.
+/// Gaussian elimination without pivoting: the rows are diagonally dominant, but for a not-a-knot
+/// row at an end, after whose elimination the rest is.
 fn tridiagonal<const D: usize>(rows: impl Iterator<Item = Row<D>>, count: usize) -> Vec<Point<D>> {
     let mut upper = Vec::with_capacity(count);
     let mut solution = Vec::with_capacity(count);
@@ -218,8 +266,8 @@ fn tridiagonal<const D: usize>(rows: impl Iterator<Item = Row<D>>, count: usize)
     solution
 }
 
-/// The cyclic system, by taking the last derivative `m` as known: the others are `x - m y` with two tridiagonal
-/// solutions, and the last row then gives `m`.
+/// The cyclic system, by taking the last derivative `m` as known: the others are `x - m y` with two
+/// tridiagonal solutions, and the last row then gives `m`.
 fn closed_derivatives<const D: usize>(points: &[Point<D>], breaks: &Breaks) -> Vec<Point<D>> {
     let (h, s) = slopes(points, breaks.as_slice());
     let n = h.len();

@@ -29,7 +29,8 @@ pub enum Smoothness {
     C2,
 }
 
-/// Which control points next to a joint may move: as many on a side as derivatives are compared, and the end itself.
+/// Which control points next to a joint may move: as many on a side as derivatives are compared,
+/// and the end itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Movable {
     /// Those of the curve after the joint.
@@ -88,23 +89,28 @@ struct Chain<const D: usize> {
     smoothness: Smoothness,
 }
 
-/// By what factor the ratio of the speeds at a joint may differ from the one it had. Where tangents oppose each other the least change
-/// would be to stop at the joint, which has no tangent at all: this bound keeps the curve going.
+/// By what factor the ratio of the speeds at a joint may differ from the one it had. Where tangents
+/// oppose each other the least change would be to stop at the joint, which has no tangent at all:
+/// this bound keeps the curve going.
 const SPEED_RATIO: f64 = 8.0;
 
-/// How derivatives after a joint follow from those before it: `C' = r c'` and `C'' = r^2 c'' + s c'`.
+/// How derivatives after a joint follow from those before it: `C' = r c'` and `C'' = r^2 c'' + s
+/// c'`.
 #[derive(Debug, Clone, Copy)]
 struct Link {
     r: f64,
     s: f64,
 }
 
-/// Joins curves of one order, laid end to end over their own domains, by the least sum of squared moves. O(curves) a step.
+/// Joins curves of one order, laid end to end over their own domains, by the least sum of squared
+/// moves. O(curves) a step.
 ///
-/// For C classes the conditions are linear, and the answer is the minimum. For G classes they are linear once the ratio of speeds at
-/// each joint (and for G2 one more number) is chosen. Those start as near to what the curves have as the class allows, and are then
-/// improved as long as that lessens the sum of squares: so the class is reached wherever the linear conditions of the start can be met,
-/// and the answer is a local minimum with ratios of speeds within a factor of 8 of what they were, or the best after 50 steps.
+/// For C classes the conditions are linear, and the answer is the minimum. For G classes they are
+/// linear once the ratio of speeds at each joint (and for G2 one more number) is chosen. Those
+/// start as near to what the curves have as the class allows, and are then improved as long as that
+/// lessens the sum of squares: so the class is reached wherever the linear conditions of the start
+/// can be met, and the answer is a local minimum with ratios of speeds within a factor of 8 of what
+/// they were, or the best after 50 steps.
 ///
 /// # Errors
 /// At `curves`: fewer than 2 or more than [`CURVES`], different orders, a basis that does not start and end at its control points,
@@ -133,7 +139,9 @@ fn check<const D: usize>(context: &Context, curves: &[Single<D>]) -> Result<(), 
         if curve.order() + 1 != expected {
             let rule = "joined curves have one order, that of the first; convert them to one first";
             let count = curve.order() + 1;
-            return Err(Fault::WrongCount { what: "control points", count, expected, rule }.at("control_points").at(i));
+            return Err(Fault::WrongCount { what: "control points", count, expected, rule }
+                .at("control_points")
+                .at(i));
         }
         context.checkpoint()?;
         curve.basis().joinable(context, curve.order()).at(i)?;
@@ -148,10 +156,12 @@ impl<const D: usize> Chain<D> {
         let reach = smoothness.order();
         let may_move = |curve: usize, point: usize| {
             let follows = curve > 0 && point <= reach && movable != Movable::Leading;
-            let leads = curve + 1 < count && order - point <= reach && movable != Movable::Following;
+            let leads =
+                curve + 1 < count && order - point <= reach && movable != Movable::Following;
             follows || leads
         };
-        let movable = (0..count * (order + 1)).map(|i| may_move(i / (order + 1), i % (order + 1))).collect();
+        let movable =
+            (0..count * (order + 1)).map(|i| may_move(i / (order + 1), i % (order + 1))).collect();
         let lengths = curves.iter().map(|curve| curve.basis().length()).collect();
         let (bases, points): (Vec<_>, Vec<_>) = curves.into_iter().map(Single::into_parts).unzip();
         let points = points.concat();
@@ -166,11 +176,13 @@ impl<const D: usize> Chain<D> {
     /// Its value now.
     fn value(&self, curve: usize, row: &[f64]) -> Point<D> {
         let first = curve * (self.order + 1);
-        row.iter().zip(&self.points[first..]).fold(Point::ZERO, |sum, (&factor, &p)| sum + p * factor)
+        row.iter()
+            .zip(&self.points[first..])
+            .fold(Point::ZERO, |sum, (&factor, &p)| sum + p * factor)
     }
 
-    /// Adds `weight` times a component of an end derivative to a condition: to its terms where points may move. The value it has for
-    /// the original points goes to the other side.
+    /// Adds `weight` times a component of an end derivative to a condition: to its terms where
+    /// points may move. The value it has for the original points goes to the other side.
     fn add(&self, condition: &mut Condition, curve: usize, row: &[f64], weight: Point<D>) {
         for (j, &factor) in row.iter().enumerate() {
             let point = curve * (self.order + 1) + j;
@@ -207,7 +219,8 @@ impl<const D: usize> Chain<D> {
     /// The link that a joint has, as far as it has one; `None` where the speed before it vanishes.
     fn link(&self, left: usize, r: impl Fn(f64, f64) -> f64) -> Option<Link> {
         let derivative = |k| {
-            let (before, after) = (self.row(left, k, Side::End), self.row(left + 1, k, Side::Start));
+            let (before, after) =
+                (self.row(left, k, Side::End), self.row(left + 1, k, Side::Start));
             (self.value(left, &before), self.value(left + 1, &after))
         };
         let (v, w) = derivative(1);
@@ -221,24 +234,32 @@ impl<const D: usize> Chain<D> {
     }
 
     /// The links that a function gives the joints; each may take milliseconds.
-    fn each_joint(&self, context: &Context, link: impl Fn(usize) -> Link) -> Result<Vec<Link>, Error> {
+    fn each_joint(
+        &self,
+        context: &Context,
+        link: impl Fn(usize) -> Link,
+    ) -> Result<Vec<Link>, Error> {
         let joints = 0..self.bases.len() - 1;
         joints.map(|left| context.checkpoint().map(|()| link(left))).collect()
     }
 
-    /// Improves the links from those of the original points, as long as that lessens the sum of squared moves. Every trial meets the
-    /// class for its links; the direction is that of the linearised problem, which leads down to first order.
+    /// Improves the links from those of the original points, as long as that lessens the sum of
+    /// squared moves. Every trial meets the class for its links; the direction is that of the
+    /// linearised problem, which leads down to first order.
     fn descend(&mut self, context: &Context) -> Result<(), Error> {
         const STEPS: usize = 50;
         const SHORTEST: f64 = 1e-3;
         let joints = self.bases.len() - 1;
         let usable = |r: f64| if r > 0.0 && r.is_finite() { r } else { 1.0 };
-        let start = |left| self.link(left, |ratio, _| usable(ratio)).unwrap_or(Link { r: 1.0, s: 0.0 });
+        let start =
+            |left| self.link(left, |ratio, _| usable(ratio)).unwrap_or(Link { r: 1.0, s: 0.0 });
         let start = self.each_joint(context, start)?;
         let mut links = start.clone();
         self.points = self.solve(context, |left| self.linked(left, links[left]))?;
         for _ in 0..STEPS {
-            let linear = (0..joints).map(|left| self.linearised(context, left)).collect::<Result<Vec<_>, _>>()?;
+            let linear = (0..joints)
+                .map(|left| self.linearised(context, left))
+                .collect::<Result<Vec<_>, _>>()?;
             let (best, cost) = (self.points.clone(), self.cost(&self.points));
             self.points = self.solve(context, |left| linear[left].clone())?;
             let wanted = self.each_joint(context, |left| {
@@ -248,7 +269,10 @@ impl<const D: usize> Chain<D> {
             })?;
             let mut fraction = 1.0;
             let better = loop {
-                let between = |(a, b): (&Link, &Link)| Link { r: a.r + fraction * (b.r - a.r), s: a.s + fraction * (b.s - a.s) };
+                let between = |(a, b): (&Link, &Link)| Link {
+                    r: a.r + fraction * (b.r - a.r),
+                    s: a.s + fraction * (b.s - a.s),
+                };
                 let trial: Vec<Link> = links.iter().zip(&wanted).map(between).collect();
                 let points = self.solve(context, |left| self.linked(left, trial[left]))?;
                 // A trial whose numbers overflow compares as no better.
@@ -274,20 +298,28 @@ impl<const D: usize> Chain<D> {
         points.iter().zip(&self.original).map(|(p, q)| p.distance(*q).powi(2)).sum()
     }
 
-    /// The points after the least moves from the original ones that meet the conditions of every joint.
-    fn solve(&self, context: &Context, conditions: impl Fn(usize) -> Vec<Condition>) -> Result<Vec<Point<D>>, Error> {
+    /// The points after the least moves from the original ones that meet the conditions of every
+    /// joint.
+    fn solve(
+        &self,
+        context: &Context,
+        conditions: impl Fn(usize) -> Vec<Condition>,
+    ) -> Result<Vec<Point<D>>, Error> {
         let mut joints = Vec::new();
         for left in 0..self.bases.len() - 1 {
             context.checkpoint()?;
             joints.extend(conditions(left));
         }
         let change = least_change(context, self.points.len() * D, joints, 0)?;
-        let moved = |(i, p): (usize, &Point<D>)| *p + Point(std::array::from_fn(|axis| change.values[i * D + axis]));
+        let moved = |(i, p): (usize, &Point<D>)| {
+            *p + Point(std::array::from_fn(|axis| change.values[i * D + axis]))
+        };
         Ok(self.original.iter().enumerate().map(moved).collect())
     }
 
-    /// The components across the tangent `t` of: C'(right) = r C'(left), and C''(right) = r^2 C''(left) + s C'(left), with `r` and `s` as
-    /// they are now. Along the tangent both are met by the choice of `r` and `s`, which follow the moves to first order.
+    /// The components across the tangent `t` of: C'(right) = r C'(left), and C''(right) = r^2
+    /// C''(left) + s C'(left), with `r` and `s` as they are now. Along the tangent both are met by
+    /// the choice of `r` and `s`, which follow the moves to first order.
     fn linearised(&self, context: &Context, left: usize) -> Result<Vec<Condition>, Error> {
         context.checkpoint()?;
         let right = left + 1;
@@ -296,8 +328,9 @@ impl<const D: usize> Chain<D> {
         let (before1, after1) = rows(1);
         let (v, w) = (self.value(left, &before1), self.value(right, &after1));
         let Some((tangent, speed)) = v.unit().map(|t| (t, v.norm())) else {
-            let why =
-                format!("curve {left} has no tangent at its end (its first derivative vanishes there), so nothing can be tangent to it");
+            let why = format!(
+                "curve {left} has no tangent at its end (its first derivative vanishes there), so nothing can be tangent to it"
+            );
             return Err(Fault::UnsuitableCurve(why).at(left).at("curves"));
         };
         let along = w.dot(tangent) / speed;
@@ -349,7 +382,8 @@ impl<const D: usize> Chain<D> {
 
     fn finish(self, context: &Context) -> Result<Joined<D>, Error> {
         let per_curve = self.order + 1;
-        let moves: Vec<f64> = self.points.iter().zip(&self.original).map(|(p, q)| p.distance(*q)).collect();
+        let moves: Vec<f64> =
+            self.points.iter().zip(&self.original).map(|(p, q)| p.distance(*q)).collect();
         let mut joints = vec![0.0];
         joints.extend(self.lengths.iter().scan(0.0, |sum, length| {
             *sum += length;
@@ -362,7 +396,8 @@ impl<const D: usize> Chain<D> {
         let smoothness = self.smoothness;
         // What the result exceeds, the curves of the request caused.
         let placed = |error: Error| error.fault.at("curves");
-        let gaps = (1..self.bases.len()).map(|i| self.points[i * per_curve - 1].distance(self.points[i * per_curve]));
+        let gaps = (1..self.bases.len())
+            .map(|i| self.points[i * per_curve - 1].distance(self.points[i * per_curve]));
         let gap = gaps.fold(0.0, f64::max);
         let curve = Piecewise::new(
             context,
@@ -373,10 +408,13 @@ impl<const D: usize> Chain<D> {
             points,
         )
         .map_err(placed)?;
-        let continuity = continuity(context, &curve.composite(context)?, false, Tolerance::default())?;
+        let continuity =
+            continuity(context, &curve.composite(context)?, false, Tolerance::default())?;
         let together = gap <= limits::CONTINUITY_TOLERANCE * magnitude(curve.control_points());
         if !(together && smoothness.met_by(&continuity)) {
-            return Err(Fault::UnsuitableCurve(impossible(smoothness, &continuity)).at("smoothness"));
+            return Err(
+                Fault::UnsuitableCurve(impossible(smoothness, &continuity)).at("smoothness")
+            );
         }
         let moved = moves.chunks_exact(per_curve).map(<[f64]>::to_vec).collect();
         Ok(Joined { curve, moved, continuity })
@@ -385,7 +423,9 @@ impl<const D: usize> Chain<D> {
 
 fn impossible(smoothness: Smoothness, report: &Report) -> String {
     let worst = report.joints.iter().min_by_key(|joint| joint.class);
-    let at = worst.map_or(String::new(), |joint| format!("; {} was reached at the joint {:?}", joint.class.name(), joint.parameter));
+    let at = worst.map_or(String::new(), |joint| {
+        format!("; {} was reached at the joint {:?}", joint.class.name(), joint.parameter)
+    });
     format!(
         "the control points that may move cannot make every joint {smoothness:?}{at}. Let both sides move, ask for less, or use curves of higher order"
     )

@@ -12,11 +12,19 @@ pub(crate) enum Side {
     End,
 }
 
-/// The `k`-th derivative at one end of a segment over an interval of this length: one factor for each control point.
+/// The `k`-th derivative at one end of a segment over an interval of this length: one factor for
+/// each control point.
 ///
-/// `d! / (d - k)! / length^k` times the `k`-th difference of the Bezier points there, through the shape matrix. Cheng et al. eq.
-/// (15), with the factor `1 / (1 + 2 beta)` that it lacks, and eq. (16) are the cubic Beta-Bezier case.
-pub(crate) fn derivative_row(basis: &Basis, order: usize, length: f64, k: usize, side: Side) -> Vec<f64> {
+/// `d! / (d - k)! / length^k` times the `k`-th difference of the Bezier points there, through the
+/// shape matrix. Cheng et al. eq. (15), with the factor `1 / (1 + 2 beta)` that it lacks, and eq.
+/// (16) are the cubic Beta-Bezier case.
+pub(crate) fn derivative_row(
+    basis: &Basis,
+    order: usize,
+    length: f64,
+    k: usize,
+    side: Side,
+) -> Vec<f64> {
     let matrix = basis.shape_matrix(order);
     let degree = matrix.degree();
     let mut row = vec![0.0; order + 1];
@@ -41,7 +49,8 @@ mod tests {
     use super::*;
     use crate::core::basis::Beta;
 
-    /// The right side of Cheng et al. eq. (15) over 1 + 2 beta (the factor that the paper leaves out).
+    /// The right side of Cheng et al. eq. (15) over 1 + 2 beta (the factor that the paper leaves
+    /// out).
     fn equation_15(b: f64) -> [f64; 4] {
         let a = b / (1.0 + b);
         let [p1, p2, p3] = [3.0, 3.0 * a, 2.0 * a * b].map(|x| x / (1.0 + 2.0 * b));
@@ -63,8 +72,14 @@ mod tests {
                 let end = derivative_row(&basis, 3, 1.0, k, Side::End);
                 let sign = if k == 1 { -1.0 } else { 1.0 };
                 for j in 0..4 {
-                    assert!((start[j] - expected[j]).abs() < 1e-14, "beta {b}, order {k}, point {j}");
-                    assert!((end[3 - j] - sign * expected[j]).abs() < 1e-14, "beta {b}, order {k}, point {j} at the end");
+                    assert!(
+                        (start[j] - expected[j]).abs() < 1e-14,
+                        "beta {b}, order {k}, point {j}"
+                    );
+                    assert!(
+                        (end[3 - j] - sign * expected[j]).abs() < 1e-14,
+                        "beta {b}, order {k}, point {j} at the end"
+                    );
                 }
             }
         }

@@ -22,18 +22,27 @@ impl KnotVector {
         let expected = control_points + degree + 1;
         if knots.len() != expected {
             let rule = "a full knot vector has control points + degree + 1 knots (some programs leave out the first and the last)";
-            return Err(Fault::WrongCount { what: "knots", count: knots.len(), expected, rule }.into());
+            return Err(
+                Fault::WrongCount { what: "knots", count: knots.len(), expected, rule }.into()
+            );
         }
         increasing("knots", &knots, false)?;
         if let Some(i) = (degree + 1..knots.len()).find(|&i| knots[i] == knots[i - degree - 1]) {
             let allowed = format!("a multiplicity of at most degree + 1 = {}", degree + 1);
-            return Err(Fault::OutOfRange { what: "this repeated knot", value: knots[i], allowed }.at(i));
+            return Err(
+                Fault::OutOfRange { what: "this repeated knot", value: knots[i], allowed }.at(i)
+            );
         }
         let vector = KnotVector { degree, knots };
         let (a, b) = vector.domain();
         if a == b {
-            return Err(Fault::NotIncreasing { what: "the first and last knot of the curve", previous: a, value: b, strictly: true }
-                .at(control_points));
+            return Err(Fault::NotIncreasing {
+                what: "the first and last knot of the curve",
+                previous: a,
+                value: b,
+                strictly: true,
+            }
+            .at(control_points));
         }
         // Differences of knots may still be too large for a double.
         if !(vector.knots[vector.knots.len() - 1] - vector.knots[0]).is_finite() {
@@ -59,7 +68,8 @@ impl KnotVector {
 
     /// The spans of positive length inside the domain: each `i` with `knots[i] < knots[i + 1]`.
     pub fn spans(&self) -> impl Iterator<Item = usize> + '_ {
-        (self.degree..self.knots.len() - 1 - self.degree).filter(|&i| self.knots[i] < self.knots[i + 1])
+        (self.degree..self.knots.len() - 1 - self.degree)
+            .filter(|&i| self.knots[i] < self.knots[i + 1])
     }
 
     /// The knots of the derivative: without the first and the last. Inner ones may be repeated once
@@ -113,7 +123,8 @@ impl Breaks {
         (self.0[segment], self.0[segment + 1])
     }
 
-    /// The segment at `t`: the one to the right of a joint, the last one at the end. `t` is inside the domain.
+    /// The segment at `t`: the one to the right of a joint, the last one at the end. `t` is inside
+    /// the domain.
     pub fn segment_at(&self, t: f64) -> usize {
         self.0.partition_point(|&knot| knot <= t).clamp(1, self.segments()) - 1
     }
@@ -121,7 +132,10 @@ impl Breaks {
     /// The same, without a search where it is the segment given or the next.
     pub fn segment_near(&self, near: usize, t: f64) -> usize {
         let next = (near + 1).min(self.segments() - 1);
-        [near, next].into_iter().find(|&segment| self.owns(segment, &t)).unwrap_or_else(|| self.segment_at(t))
+        [near, next]
+            .into_iter()
+            .find(|&segment| self.owns(segment, &t))
+            .unwrap_or_else(|| self.segment_at(t))
     }
 
     /// How many of these parameters of the domain, from the first on, belong to a segment.
@@ -137,7 +151,8 @@ impl Breaks {
         (a <= *t) & ((*t < b) | (segment + 1 == self.segments()))
     }
 
-    /// `t` in the parameter of a segment: `u` from its start and `v = 1 - u` from its end, each to full accuracy.
+    /// `t` in the parameter of a segment: `u` from its start and `v = 1 - u` from its end, each to
+    /// full accuracy.
     pub fn local(&self, segment: usize, t: f64) -> (f64, f64) {
         let (a, b) = self.interval(segment);
         ((t - a) / (b - a), (b - t) / (b - a))
@@ -158,7 +173,11 @@ mod tests {
         assert_eq!(place(1, &[0.0, 0.0, 0.0, 1.0, 1.0], 3), "/2");
         assert_eq!(place(1, &[0.0, 0.0, 1.0], 3), "");
         assert_eq!(place(2, &[0.0; 4], 1), "");
-        assert_eq!(place(1, &[0.0, 1.0, 1.0, 2.0], 2), "/2", "an empty range, between knots 1 and 2");
+        assert_eq!(
+            place(1, &[0.0, 1.0, 1.0, 2.0], 2),
+            "/2",
+            "an empty range, between knots 1 and 2"
+        );
     }
 
     #[test]
@@ -173,6 +192,9 @@ mod tests {
         let breaks = Breaks::new(&Context::default(), vec![0.0, 1.0, 3.0]).unwrap();
         assert_eq!([0.0, 0.5, 1.0, 2.9, 3.0].map(|t| breaks.segment_at(t)), [0, 0, 1, 1, 1]);
         assert_eq!(breaks.local(1, 2.5), (0.75, 0.25));
-        assert_eq!(Breaks::new(&Context::default(), vec![0.0, 1.0, 1.0]).unwrap_err().place.to_string(), "/2");
+        assert_eq!(
+            Breaks::new(&Context::default(), vec![0.0, 1.0, 1.0]).unwrap_err().place.to_string(),
+            "/2"
+        );
     }
 }

@@ -1,5 +1,6 @@
-//! Every size the core accepts, in one table. The specification names the constants; they are the ceilings of what an operator may
-//! allow, and checks and their messages read those of the [`Context`](super::context::Context).
+//! Every size the core accepts, in one table. The specification names the constants; they are the
+//! ceilings of what an operator may allow, and checks and their messages read those of the
+//! [`Context`](super::context::Context).
 
 use std::ops::RangeInclusive;
 
@@ -54,7 +55,8 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// Each with its name and the range it may have: below, not even a straight line or, for the degree, a cubic would be left.
+    /// Each with its name and the range it may have: below, not even a straight line or, for the
+    /// degree, a cubic would be left.
     fn ranges(&self) -> [(&'static str, usize, RangeInclusive<usize>); 6] {
         [
             ("degree", self.degree, 3..=DEGREE),
@@ -102,5 +104,6 @@ pub const PIXELS: (usize, usize) = (120, 4_000);
 pub const ROW_SUM_TOLERANCE: f64 = 1e-12;
 /// A basis with a larger condition number cannot be solved back to control points with 8 digits.
 pub const CONDITION: f64 = 1e8;
-/// Continuity is measured with this tolerance, relative to the derivatives compared, unless another is given.
+/// Continuity is measured with this tolerance, relative to the derivatives compared, unless another
+/// is given.
 pub const CONTINUITY_TOLERANCE: f64 = 1e-9;

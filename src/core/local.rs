@@ -44,7 +44,9 @@ mod tests {
         let number = |i: u32| (f64::from(i) * 12.9898).sin() * 43758.5453;
         for scale in [5e-324, 1e-310, 1e-8, 1.0, 1e300] {
             for i in 0..200 {
-                let point = |j: u32| Point([0, 1, 2].map(|k| scale * (number(k) + 0.3 * number(3 * (i + j) + k))));
+                let point = |j: u32| {
+                    Point([0, 1, 2].map(|k| scale * (number(k) + 0.3 * number(3 * (i + j) + k))))
+                };
                 let points: Vec<_> = (0..5).map(point).collect();
                 let (origin, local) = localized(&points);
                 local.iter().zip(&points).for_each(|(&q, &p)| assert_eq!(origin + q, p));

@@ -1,9 +1,10 @@
-//! The mathematics: pure, synchronous and total. Nothing here reads, writes, or knows of HTTP or JSON.
+//! The mathematics: pure, synchronous and total. Nothing here reads, writes, or knows of HTTP or
+//! JSON.
 //!
 //! A curve of any family is control points `P` and a basis; its basis functions are combinations of
-//! Bernstein polynomials, so a *shape matrix* `M` gives the Bezier points `Q = M P` of the same curve.
-//! [`basis`] makes `M`; [`bezier_form`] does everything with `Q`; [`curve`] joins segments; one file
-//! per operation does the rest.
+//! Bernstein polynomials, so a *shape matrix* `M` gives the Bezier points `Q = M P` of the same
+//! curve. [`basis`] makes `M`; [`bezier_form`] does everything with `Q`; [`curve`] joins segments;
+//! one file per operation does the rest.
 
 pub mod basis;
 pub mod basis_functions;

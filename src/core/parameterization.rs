@@ -35,7 +35,12 @@ impl Parameterization {
     /// At `points`: neighbours that coincide, or that their distance along the curve cannot tell apart, or does not
     /// fit a double, where distances are used. At `parameterization`:
     /// given knots that are too few, too many, or do not increase strictly.
-    pub fn knots<const D: usize>(&self, context: &Context, points: &[Point<D>], closed: bool) -> Result<Breaks, Error> {
+    pub fn knots<const D: usize>(
+        &self,
+        context: &Context,
+        points: &[Point<D>],
+        closed: bool,
+    ) -> Result<Breaks, Error> {
         let count = points.len() + usize::from(closed);
         let knots = match self {
             Parameterization::Given(knots) => {
@@ -45,21 +50,32 @@ impl Parameterization {
                     } else {
                         "one knot per point"
                     };
-                    return Err(Fault::WrongCount { what: "knots", count: knots.len(), expected: count, rule }
-                        .at("knots")
-                        .at("parameterization"));
+                    return Err(Fault::WrongCount {
+                        what: "knots",
+                        count: knots.len(),
+                        expected: count,
+                        rule,
+                    }
+                    .at("knots")
+                    .at("parameterization"));
                 }
                 increasing("knots", knots, true).at("knots").at("parameterization")?;
                 knots.clone()
             }
             rule => rule.sums(points, count),
         };
-        if let Some(i) = (1..knots.len()).find(|&i| knots[i] <= knots[i - 1] || !knots[i].is_finite()) {
+        if let Some(i) =
+            (1..knots.len()).find(|&i| knots[i] <= knots[i - 1] || !knots[i].is_finite())
+        {
             let closing = i == points.len();
             let (here, before) = (points[i % points.len()], points[i - 1]);
             if here != before {
-                let too_close =
-                    Fault::NotIncreasing { what: "the parameters of the points", previous: knots[i - 1], value: knots[i], strictly: true };
+                let too_close = Fault::NotIncreasing {
+                    what: "the parameters of the points",
+                    previous: knots[i - 1],
+                    value: knots[i],
+                    strictly: true,
+                };
                 let fault = if knots[i].is_finite() { too_close } else { Fault::Overflow };
                 return Err(fault.at(if closing { i - 1 } else { i }).at("points"));
             }
@@ -69,7 +85,8 @@ impl Parameterization {
         Breaks::new(context, knots)
     }
 
-    /// The running sums of the rule: `count` parameters from 0, each at least the one before. Given parameters as they are.
+    /// The running sums of the rule: `count` parameters from 0, each at least the one before. Given
+    /// parameters as they are.
     pub(crate) fn sums<const D: usize>(&self, points: &[Point<D>], count: usize) -> Vec<f64> {
         let step = |i: usize| {
             let chord = || points[i % points.len()].distance(points[i - 1]);
@@ -95,7 +112,8 @@ impl Parameterization {
 mod tests {
     use super::*;
 
-    const SQUARE: [Point<2>; 4] = [Point([0.0, 0.0]), Point([4.0, 0.0]), Point([4.0, 9.0]), Point([0.0, 9.0])];
+    const SQUARE: [Point<2>; 4] =
+        [Point([0.0, 0.0]), Point([4.0, 0.0]), Point([4.0, 9.0]), Point([0.0, 9.0])];
 
     fn knots(rule: Parameterization, closed: bool) -> Vec<f64> {
         rule.knots(&Context::default(), &SQUARE, closed).unwrap().as_slice().to_vec()
@@ -111,10 +129,18 @@ mod tests {
     #[test]
     fn the_second_of_two_repeated_points_is_named() {
         let place = |points: &[Point<2>], closed| {
-            Parameterization::ChordLength.knots(&Context::default(), points, closed).unwrap_err().place.to_string()
+            Parameterization::ChordLength
+                .knots(&Context::default(), points, closed)
+                .unwrap_err()
+                .place
+                .to_string()
         };
         assert_eq!(place(&[SQUARE[0], SQUARE[1], SQUARE[1], SQUARE[2]], false), "/points/2");
         assert_eq!(place(&[SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[0]], true), "/points/3");
-        assert!(Parameterization::Uniform.knots(&Context::default(), &[SQUARE[0], SQUARE[0]], false).is_ok());
+        assert!(
+            Parameterization::Uniform
+                .knots(&Context::default(), &[SQUARE[0], SQUARE[0]], false)
+                .is_ok()
+        );
     }
 }

@@ -62,8 +62,8 @@ impl<const D: usize> Point<D> {
 /// A power of two that brings squares back into the middle of the range from either end.
 const LARGE: f64 = f64::from_bits((1023 + 600) << 52);
 
-/// The root of the sum of squares; scaled, by a power of two, which changes no digit, where a square overflows or one that counts
-/// vanishes.
+/// The root of the sum of squares; scaled, by a power of two, which changes no digit, where a
+/// square overflows or one that counts vanishes.
 #[inline]
 pub(crate) fn length(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let scaled = |factor: f64| values.clone().map(|x| (x * factor) * (x * factor)).sum::<f64>();
@@ -86,7 +86,8 @@ pub fn magnitude<const D: usize>(points: &[Point<D>]) -> f64 {
     points.iter().fold(0.0, |m, p| larger(m, p.max_abs()))
 }
 
-/// The larger of a number and what may be none: one instruction, unlike [`f64::max`], where the first may be none too.
+/// The larger of a number and what may be none: one instruction, unlike [`f64::max`], where the
+/// first may be none too.
 #[inline]
 pub(crate) fn larger(number: f64, other: f64) -> f64 {
     if other > number { other } else { number }

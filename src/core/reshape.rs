@@ -38,15 +38,22 @@ pub struct Reshaped<const D: usize> {
 
 /// Gives a curve new bases. O(segments).
 ///
-/// The control points stay, which is what shape parameters are for. At joints that only meets the promise of the papers for
-/// alpha-beta-Bezier and end-tangent Quasi-Bezier curves: others lose their tangents. With [`Keep::C1`] or [`Keep::G1`] the joints
-/// stay and the inner control points move by the least sum of squares that keeps that class wherever the curve had it. With
-/// [`Keep::C2`] the curve itself stays, as there is only one C2 cubic through its joints for its ends, and its control points change.
+/// The control points stay, which is what shape parameters are for. At joints that only meets the
+/// promise of the papers for alpha-beta-Bezier and end-tangent Quasi-Bezier curves: others lose
+/// their tangents. With [`Keep::C1`] or [`Keep::G1`] the joints stay and the inner control points
+/// move by the least sum of squares that keeps that class wherever the curve had it. With
+/// [`Keep::C2`] the curve itself stays, as there is only one C2 cubic through its joints for its
+/// ends, and its control points change.
 ///
 /// # Errors
 /// At `curve`: a B-spline. At `basis` or `bases`: as many as segments, suiting the order. At `keep`: a joint without enough free
 /// control points; a basis without a way back for [`Keep::C2`].
-pub fn reshape<const D: usize>(context: &Context, curve: &Curve<D>, bases: Bases, keep: Keep) -> Result<Reshaped<D>, Error> {
+pub fn reshape<const D: usize>(
+    context: &Context,
+    curve: &Curve<D>,
+    bases: Bases,
+    keep: Keep,
+) -> Result<Reshaped<D>, Error> {
     let old = curve.composite(context).at("curve")?;
     let new = match curve {
         Curve::BSpline(_) => {
@@ -54,7 +61,9 @@ pub fn reshape<const D: usize>(context: &Context, curve: &Curve<D>, bases: Bases
             return Err(Fault::UnsuitableCurve(why.into()).at("curve"));
         }
         Curve::Single(single) => Curve::Single(reshaped_single(context, single, bases, keep)?),
-        Curve::Piecewise(piecewise) => Curve::Piecewise(reshaped_piecewise(context, piecewise, &old, bases, keep)?),
+        Curve::Piecewise(piecewise) => {
+            Curve::Piecewise(reshaped_piecewise(context, piecewise, &old, bases, keep)?)
+        }
     };
     let composite = new.composite(context)?;
     Ok(Reshaped {
@@ -76,13 +85,21 @@ fn check_degree<const D: usize>(old: &Composite<D>, order: usize) -> Result<(), 
     )))
 }
 
-fn reshaped_single<const D: usize>(context: &Context, single: &Single<D>, bases: Bases, keep: Keep) -> Result<Single<D>, Error> {
+fn reshaped_single<const D: usize>(
+    context: &Context,
+    single: &Single<D>,
+    bases: Bases,
+    keep: Keep,
+) -> Result<Single<D>, Error> {
     bases.check_count(1).at("bases")?;
     let basis = bases.of(0).clone();
     let points = match keep {
         Keep::C2 => {
             check_degree(&single.composite(context)?, single.order()).at("keep")?;
-            basis.way_back(context, single.order()).at("keep")?.control_points(&single.bezier_points())
+            basis
+                .way_back(context, single.order())
+                .at("keep")?
+                .control_points(&single.bezier_points())
         }
         _ => single.control_points().to_vec(),
     };
@@ -98,10 +115,13 @@ fn reshaped_piecewise<const D: usize>(
 ) -> Result<Piecewise<D>, Error> {
     let (order, breaks, closed) = (old.order(), old.breaks(), old.closed());
     bases.check_count(breaks.segments()).at("bases")?;
-    bases.check_each(
-        context,
-        |basis| if keep == Keep::C2 { basis.way_back(context, order).map(drop) } else { basis.joinable(context, order) },
-    )?;
+    bases.check_each(context, |basis| {
+        if keep == Keep::C2 {
+            basis.way_back(context, order).map(drop)
+        } else {
+            basis.joinable(context, order)
+        }
+    })?;
     if keep == Keep::C2 {
         check_degree(composite, order).at("keep")?;
         return Ok(Piecewise::from_composite(context, bases, order, composite, closed)?.0);
@@ -128,7 +148,12 @@ struct Kept {
 }
 
 /// The joints at which the old curve had the class to keep.
-fn kept_joints<const D: usize>(context: &Context, old: &Piecewise<D>, composite: &Composite<D>, keep: Keep) -> Result<Vec<Kept>, Error> {
+fn kept_joints<const D: usize>(
+    context: &Context,
+    old: &Piecewise<D>,
+    composite: &Composite<D>,
+    keep: Keep,
+) -> Result<Vec<Kept>, Error> {
     let segments = old.breaks().segments();
     let report = continuity(context, composite, old.closed(), Tolerance::default())?;
     let derivative = composite.derivative(context)?;
@@ -145,8 +170,13 @@ fn kept_joints<const D: usize>(context: &Context, old: &Piecewise<D>, composite:
     Ok(report.joints.iter().enumerate().filter_map(joint).collect())
 }
 
-/// The least changes of inner control points that make the end derivatives at the kept joints agree.
-fn mend<const D: usize>(context: &Context, curve: &Piecewise<D>, kept: &[Kept]) -> Result<Vec<Point<D>>, Error> {
+/// The least changes of inner control points that make the end derivatives at the kept joints
+/// agree.
+fn mend<const D: usize>(
+    context: &Context,
+    curve: &Piecewise<D>,
+    kept: &[Kept],
+) -> Result<Vec<Point<D>>, Error> {
     let order = curve.order();
     let row = |segment: usize, side: Side| {
         let (a, b) = curve.breaks().interval(segment);
@@ -156,7 +186,8 @@ fn mend<const D: usize>(context: &Context, curve: &Piecewise<D>, kept: &[Kept]) 
     let mut conditions = Vec::with_capacity(kept.len() * D);
     for joint in kept {
         context.checkpoint()?;
-        let before = row(joint.left, Side::End).into_iter().map(|c| -joint.ratio * c).collect::<Vec<_>>();
+        let before =
+            row(joint.left, Side::End).into_iter().map(|c| -joint.ratio * c).collect::<Vec<_>>();
         let after = row(joint.right, Side::Start);
         for axis in 0..D {
             let mut condition = Condition::default();
@@ -177,12 +208,18 @@ fn mend<const D: usize>(context: &Context, curve: &Piecewise<D>, kept: &[Kept]) 
     let allowed = 1e-9 * super::point::magnitude(curve.control_points());
     if change.violation > allowed {
         let t = kept[change.worst / D].parameter;
-        let why = format!("the joint at {t:?} cannot be kept smooth: segments of order {order} have too few inner control points");
+        let why = format!(
+            "the joint at {t:?} cannot be kept smooth: segments of order {order} have too few inner control points"
+        );
         return Err(Fault::UnsuitableCurve(why).into());
     }
     Ok(change.values.chunks_exact(D).map(|x| Point(std::array::from_fn(|axis| x[axis]))).collect())
 }
 
 fn points_moved<const D: usize>(old: &Curve<D>, new: &Curve<D>) -> f64 {
-    old.control_points().iter().zip(new.control_points()).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max)
+    old.control_points()
+        .iter()
+        .zip(new.control_points())
+        .map(|(p, q)| p.distance(*q))
+        .fold(0.0, f64::max)
 }

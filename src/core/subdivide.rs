@@ -13,8 +13,8 @@ use crate::core::context::Context;
 /// Where to cut.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cuts {
-    /// At these parameters, which increase strictly and lie inside the domain. An end or an existing
-    /// joint is no new cut.
+    /// At these parameters, which increase strictly and lie inside the domain. An end or an
+    /// existing joint is no new cut.
     Parameters(Vec<f64>),
     /// Every segment in two, so many times over: `2^depth` pieces of each.
     Depth(usize),
@@ -58,8 +58,8 @@ pub struct Subdivision<const D: usize> {
     pub split_points: Vec<Point<D>>,
     /// Whether the pieces are in their own family.
     pub in_family: bool,
-    /// By how much the control points may amplify relative rounding errors: the largest 2-norm condition
-    /// number of the shape matrices; 1 for Bezier pieces.
+    /// By how much the control points may amplify relative rounding errors: the largest 2-norm
+    /// condition number of the shape matrices; 1 for Bezier pieces.
     pub condition: f64,
 }
 
@@ -68,7 +68,12 @@ pub struct Subdivision<const D: usize> {
 /// # Errors
 /// At `at`: parameters that do not increase or leave the domain, a tolerance below rounding, more pieces than
 /// [`limits::SEGMENTS`]. At `form`: the family form of a curve that has none. At `curve`: a B-spline that jumps.
-pub fn subdivide<const D: usize>(context: &Context, curve: &Curve<D>, cuts: &Cuts, form: Form) -> Result<Subdivision<D>, Error> {
+pub fn subdivide<const D: usize>(
+    context: &Context,
+    curve: &Curve<D>,
+    cuts: &Cuts,
+    form: Form,
+) -> Result<Subdivision<D>, Error> {
     let composite = curve.composite(context).at("curve")?;
     let settled = match cuts {
         Cuts::Parameters(values) => {
@@ -83,7 +88,10 @@ pub fn subdivide<const D: usize>(context: &Context, curve: &Curve<D>, cuts: &Cut
         Cuts::Flatness(tolerance) => flat(context, &composite, *tolerance).at("tolerance"),
     };
     let pieces = pieces.at("at")?;
-    let segments = pieces.iter().map(|piece| Segment { origin: composite.local(piece.segment).origin, points: &piece.points });
+    let segments = pieces.iter().map(|piece| Segment {
+        origin: composite.local(piece.segment).origin,
+        points: &piece.points,
+    });
     let cut = Composite::from_segments(context, breaks(context, &composite, &pieces)?, segments)?;
     cut.check_joined().at("curve")?;
     let (in_family, (pieces_curve, condition)) = assemble(context, curve, &cut, &pieces, form)?;
@@ -97,9 +105,16 @@ pub fn subdivide<const D: usize>(context: &Context, curve: &Curve<D>, cuts: &Cut
     Ok(Subdivision { curve: pieces_curve, split_parameters, split_points, in_family, condition })
 }
 
-fn breaks<const D: usize>(context: &Context, composite: &Composite<D>, pieces: &[Piece<D>]) -> Result<Breaks, Error> {
+fn breaks<const D: usize>(
+    context: &Context,
+    composite: &Composite<D>,
+    pieces: &[Piece<D>],
+) -> Result<Breaks, Error> {
     let start = composite.breaks().domain().0;
-    Breaks::new(context, std::iter::once(start).chain(pieces.iter().map(|piece| piece.end)).collect())
+    Breaks::new(
+        context,
+        std::iter::once(start).chain(pieces.iter().map(|piece| piece.end)).collect(),
+    )
 }
 
 fn point_at<const D: usize>(composite: &Composite<D>, t: f64) -> Point<D> {
@@ -109,7 +124,10 @@ fn point_at<const D: usize>(composite: &Composite<D>, t: f64) -> Point<D> {
 }
 
 /// The joints of `cut` that `composite` does not have, with their points.
-fn new_joints<const D: usize>(composite: &Composite<D>, cut: &Composite<D>) -> (Vec<f64>, Vec<Point<D>>) {
+fn new_joints<const D: usize>(
+    composite: &Composite<D>,
+    cut: &Composite<D>,
+) -> (Vec<f64>, Vec<Point<D>>) {
     let old = composite.breaks().as_slice();
     let is_new = |t: f64| old.binary_search_by(|knot| knot.total_cmp(&t)).is_err();
     let ends = cut.breaks().as_slice()[1..].iter().zip(cut.locals());
@@ -117,7 +135,11 @@ fn new_joints<const D: usize>(composite: &Composite<D>, cut: &Composite<D>) -> (
 }
 
 /// Cuts each segment at the parameters inside it, from left to right; all are inside the domain.
-fn cut_at<const D: usize>(context: &Context, composite: &Composite<D>, values: &[f64]) -> Result<Vec<Piece<D>>, Error> {
+fn cut_at<const D: usize>(
+    context: &Context,
+    composite: &Composite<D>,
+    values: &[f64],
+) -> Result<Vec<Piece<D>>, Error> {
     increasing("split parameters", values, true)?;
     let most = context.limits.segments.saturating_sub(composite.breaks().segments());
     at_most("cuts", values.len(), most, "Cut the curve in parts")?;
@@ -127,7 +149,8 @@ fn cut_at<const D: usize>(context: &Context, composite: &Composite<D>, values: &
         pace.step()?;
         let (mut start, end) = composite.breaks().interval(segment);
         let mut rest = points.to_vec();
-        let inside = values.iter().skip(values.partition_point(|&t| t <= start)).take_while(|&&t| t < end);
+        let inside =
+            values.iter().skip(values.partition_point(|&t| t <= start)).take_while(|&&t| t < end);
         for &t in inside {
             pace.step()?;
             let (left, right) = split(&rest, (t - start) / (end - start));
@@ -139,9 +162,14 @@ fn cut_at<const D: usize>(context: &Context, composite: &Composite<D>, values: &
     Ok(pieces)
 }
 
-fn halved<const D: usize>(context: &Context, composite: &Composite<D>, depth: usize) -> Result<Vec<Piece<D>>, Error> {
+fn halved<const D: usize>(
+    context: &Context,
+    composite: &Composite<D>,
+    depth: usize,
+) -> Result<Vec<Piece<D>>, Error> {
     const ADVICE: &str = "Choose a smaller depth: every step doubles the pieces";
-    let per_segment = 1usize.checked_shl(depth.min(usize::BITS as usize) as u32).unwrap_or(usize::MAX);
+    let per_segment =
+        1usize.checked_shl(depth.min(usize::BITS as usize) as u32).unwrap_or(usize::MAX);
     let pieces = per_segment.saturating_mul(composite.breaks().segments());
     at_most("pieces", pieces, context.limits.segments, ADVICE)?;
     let breaks = composite.breaks();
@@ -158,7 +186,9 @@ fn halved<const D: usize>(context: &Context, composite: &Composite<D>, depth: us
     };
     if let Some(i) = (0..breaks.segments()).find(|&i| depth > 0 && too_short(i)) {
         let (a, b) = breaks.interval(i);
-        let why = format!("the interval from {a:?} to {b:?} is too short to be halved {depth} times in double precision");
+        let why = format!(
+            "the interval from {a:?} to {b:?} is too short to be halved {depth} times in double precision"
+        );
         return Err(Fault::UnsuitableCurve(why).into());
     }
     let halve = |pieces: Vec<(f64, Piece<D>)>| {
@@ -174,7 +204,11 @@ fn halved<const D: usize>(context: &Context, composite: &Composite<D>, depth: us
     Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
 }
 
-fn flat<const D: usize>(context: &Context, composite: &Composite<D>, tolerance: f64) -> Result<Vec<Piece<D>>, Error> {
+fn flat<const D: usize>(
+    context: &Context,
+    composite: &Composite<D>,
+    tolerance: f64,
+) -> Result<Vec<Piece<D>>, Error> {
     check_tolerance(tolerance, composite.magnitude())?;
     flat_pieces(context, composite, tolerance, context.limits.segments)
 }
@@ -195,7 +229,10 @@ fn assemble<const D: usize>(
         }
     }
     let bases = Bases::Common(Basis::Bezier(Bezier));
-    Ok((false, Piecewise::from_composite(context, bases, cut.degree(), cut, cut.closes(curve.closed()))?))
+    Ok((
+        false,
+        Piecewise::from_composite(context, bases, cut.degree(), cut, cut.closes(curve.closed()))?,
+    ))
 }
 
 fn in_family<const D: usize>(
@@ -208,7 +245,10 @@ fn in_family<const D: usize>(
         Curve::Single(single) => (Bases::Common(single.basis().clone()), single.order()),
         Curve::Piecewise(piecewise) => (inherited(piecewise.bases(), pieces), piecewise.order()),
         Curve::BSpline(_) => {
-            return Err(Fault::UnsuitableCurve("the pieces of a bspline are bezier curves; ask for the form bezier or auto".into()).into());
+            return Err(Fault::UnsuitableCurve(
+                "the pieces of a bspline are bezier curves; ask for the form bezier or auto".into(),
+            )
+            .into());
         }
     };
     Piecewise::from_composite(context, bases, order, cut, cut.closes(curve.closed()))
@@ -218,6 +258,8 @@ fn in_family<const D: usize>(
 fn inherited<const D: usize>(bases: &Bases, pieces: &[Piece<D>]) -> Bases {
     match bases {
         Bases::Common(basis) => Bases::Common(basis.clone()),
-        Bases::PerSegment(bases) => Bases::PerSegment(pieces.iter().map(|piece| bases[piece.segment].clone()).collect()),
+        Bases::PerSegment(bases) => {
+            Bases::PerSegment(pieces.iter().map(|piece| bases[piece.segment].clone()).collect())
+        }
     }
 }

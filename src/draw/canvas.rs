@@ -58,11 +58,21 @@ impl Canvas {
     fn pair(&mut self, context: &Context, p: Point<2>) -> String {
         self.finite &= p.is_finite();
         // A picture that nobody waits for is never finished: the rest of it may as well be empty.
-        if context.checkpoint().is_err() { String::new() } else { format!("{} {}", number(p[0]), number(p[1])) }
+        if context.checkpoint().is_err() {
+            String::new()
+        } else {
+            format!("{} {}", number(p[0]), number(p[1]))
+        }
     }
 
     /// One path for all segments of a curve. Neighbours that do not meet are not joined.
-    pub fn curve(&mut self, context: &Context, segments: &[Vec<Point<2>>], frame: &Frame, mark: &Mark) {
+    pub fn curve(
+        &mut self,
+        context: &Context,
+        segments: &[Vec<Point<2>>],
+        frame: &Frame,
+        mark: &Mark,
+    ) {
         let mut data = String::new();
         let mut end = None;
         for segment in segments {
@@ -100,8 +110,15 @@ impl Canvas {
     }
 
     /// Many lines of two points as one path.
-    pub fn lines(&mut self, context: &Context, lines: &[[Point<2>; 2]], frame: &Frame, color: &str) {
-        let data: Vec<String> = lines.iter().map(|line| self.through(context, &line.map(|p| frame.place(p)))).collect();
+    pub fn lines(
+        &mut self,
+        context: &Context,
+        lines: &[[Point<2>; 2]],
+        frame: &Frame,
+        color: &str,
+    ) {
+        let data: Vec<String> =
+            lines.iter().map(|line| self.through(context, &line.map(|p| frame.place(p)))).collect();
         if !data.is_empty() {
             self.stroke(&data.join(" "), color);
         }
@@ -132,7 +149,10 @@ impl Canvas {
     /// Lines of two pixels each, as one path.
     pub fn edges(&mut self, context: &Context, edges: &[[Point<2>; 2]], color: &str) {
         let data: Vec<String> = edges.iter().map(|edge| self.through(context, edge)).collect();
-        self.line(format_args!("<path d=\"{}\" fill=\"none\" stroke=\"{color}\"/>", data.join(" ")));
+        self.line(format_args!(
+            "<path d=\"{}\" fill=\"none\" stroke=\"{color}\"/>",
+            data.join(" ")
+        ));
     }
 
     /// A line of a control net.
@@ -170,6 +190,9 @@ impl Canvas {
     pub fn word(&mut self, at: Point<2>, anchor: &str, text: &str) {
         self.finite &= at.is_finite();
         let (x, y) = (number(at[0]), number(at[1]));
-        self.line(format_args!("<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" stroke=\"none\">{}</text>", escape(text)));
+        self.line(format_args!(
+            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" stroke=\"none\">{}</text>",
+            escape(text)
+        ));
     }
 }

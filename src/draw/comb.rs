@@ -37,10 +37,18 @@ fn per_segment(segments: usize) -> usize {
 ///
 /// # Errors
 /// [`Fault::Cancelled`](crate::core::error::Fault).
-pub fn teeth<const D: usize>(context: &Context, composite: &Composite<D>, view: fn(Point<D>) -> Point<2>) -> Result<Vec<Tooth>, Error> {
+pub fn teeth<const D: usize>(
+    context: &Context,
+    composite: &Composite<D>,
+    view: fn(Point<D>) -> Point<2>,
+) -> Result<Vec<Tooth>, Error> {
     let velocity = composite.derivative(context)?;
     let acceleration = velocity.derivative(context)?;
-    let (place, first, second) = (composite.evaluator(context)?, velocity.evaluator(context)?, acceleration.evaluator(context)?);
+    let (place, first, second) = (
+        composite.evaluator(context)?,
+        velocity.evaluator(context)?,
+        acceleration.evaluator(context)?,
+    );
     let count = composite.breaks().segments();
     let steps = per_segment(count);
     let places = (0..count).flat_map(|segment| (0..=steps).map(move |i| (segment, i)));
@@ -72,13 +80,15 @@ pub struct Scale {
 /// Lines this many times as long as nine in ten are may be cut.
 const OUTLIER: f64 = 5.0;
 
-/// The scale with which the longest line is a fifth of the picture. Where a few are far longer than the others, a near-cusp's, they would
-/// leave nothing of the rest: then the longest of those that are not is a fifth, and what is longer is cut there.
+/// The scale with which the longest line is a fifth of the picture. Where a few are far longer than
+/// the others, a near-cusp's, they would leave nothing of the rest: then the longest of those that
+/// are not is a fifth, and what is longer is cut there.
 pub fn scale(sketches: &[Sketch], bounds: &Bounds, given: Option<f64>) -> Scale {
     if let Some(reach) = given {
         return Scale { reach, longest: f64::INFINITY };
     }
-    let mut bends: Vec<f64> = sketches.iter().flat_map(|sketch| &sketch.teeth).map(|tooth| tooth.bend.norm()).collect();
+    let mut bends: Vec<f64> =
+        sketches.iter().flat_map(|sketch| &sketch.teeth).map(|tooth| tooth.bend.norm()).collect();
     bends.sort_by(f64::total_cmp);
     let most = bends.last().copied().unwrap_or(0.0);
     let usual = OUTLIER * bends.get(bends.len() * 9 / 10).copied().unwrap_or(0.0);
@@ -88,14 +98,26 @@ pub fn scale(sketches: &[Sketch], bounds: &Bounds, given: Option<f64>) -> Scale 
 }
 
 /// The lines, and one line along their ends.
-pub fn draw(context: &Context, canvas: &mut Canvas, sketches: &[Sketch], marks: &[Mark], frame: &Frame, scale: Scale) {
+pub fn draw(
+    context: &Context,
+    canvas: &mut Canvas,
+    sketches: &[Sketch],
+    marks: &[Mark],
+    frame: &Frame,
+    scale: Scale,
+) {
     canvas.open("comb", "fill=\"none\" stroke-width=\"0.8\" opacity=\"0.7\"");
     for (sketch, mark) in sketches.iter().zip(marks) {
-        let lines: Vec<[Point<2>; 2]> = sketch.teeth.iter().map(|tooth| [tooth.base, tooth.end(scale)]).collect();
+        let lines: Vec<[Point<2>; 2]> =
+            sketch.teeth.iter().map(|tooth| [tooth.base, tooth.end(scale)]).collect();
         canvas.lines(context, &lines, frame, palette::color(mark.color));
-        let ends: Vec<Vec<Point<2>>> =
-            sketch.teeth.chunk_by(|_, next| !next.first).map(|part| part.iter().map(|tooth| tooth.end(scale)).collect()).collect();
-        ends.iter().for_each(|part| canvas.polyline(context, part, frame, palette::color(mark.color)));
+        let ends: Vec<Vec<Point<2>>> = sketch
+            .teeth
+            .chunk_by(|_, next| !next.first)
+            .map(|part| part.iter().map(|tooth| tooth.end(scale)).collect())
+            .collect();
+        ends.iter()
+            .for_each(|part| canvas.polyline(context, part, frame, palette::color(mark.color)));
     }
     canvas.close();
 }

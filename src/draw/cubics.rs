@@ -3,13 +3,16 @@
 use crate::core::bezier_form::split;
 use crate::core::point::{Point, magnitude};
 
-/// How far a cubic may be from a segment of higher degree, in pixels: the precision of the coordinates written.
+/// How far a cubic may be from a segment of higher degree, in pixels: the precision of the
+/// coordinates written.
 pub const TOLERANCE: f64 = 0.01;
 
-/// Halvings after which a piece is taken as it is: it is then far below a pixel in all but made-up cases.
+/// Halvings after which a piece is taken as it is: it is then far below a pixel in all but made-up
+/// cases.
 const DEPTH: usize = 12;
 
-/// The segment itself up to degree 3. Above, cubics with its end points and end tangents, as many as the tolerance needs.
+/// The segment itself up to degree 3. Above, cubics with its end points and end tangents, as many
+/// as the tolerance needs.
 pub fn drawable(bezier: &[Point<2>]) -> Vec<Vec<Point<2>>> {
     let mut pieces = Vec::new();
     collect(bezier, DEPTH, &mut pieces);
@@ -33,11 +36,16 @@ fn hermite(bezier: &[Point<2>]) -> Vec<Point<2>> {
     let degree = bezier.len() - 1;
     let third = degree as f64 / 3.0;
     let (first, last) = (bezier[0], bezier[degree]);
-    vec![first, first + (bezier[1] - first) * third, last + (bezier[degree - 1] - last) * third, last]
+    vec![
+        first,
+        first + (bezier[1] - first) * third,
+        last + (bezier[degree - 1] - last) * third,
+        last,
+    ]
 }
 
-/// A bound on the distance between a segment and its cubic: the largest fourth derivative / 384, by its Bezier points, once per
-/// coordinate.
+/// A bound on the distance between a segment and its cubic: the largest fourth derivative / 384, by
+/// its Bezier points, once per coordinate.
 fn distance_to_hermite(bezier: &[Point<2>]) -> f64 {
     let mut differences = bezier.to_vec();
     for _ in 0..4 {
@@ -69,7 +77,8 @@ mod tests {
             let left = split(&split(&curve, 0.5).0, 0.5).0;
             let pieces = drawable(&curve);
             assert!(pieces.len() < 200, "{degree}: {}", pieces.len());
-            // Halving is even along the way to each piece, so a quarter that is refined evenly can be compared directly.
+            // Halving is even along the way to each piece, so a quarter that is refined evenly can
+            // be compared directly.
             for (bezier, whole) in [(&curve, &pieces), (&left, &drawable(&left))] {
                 assert_eq!(whole[0][0], bezier[0]);
                 assert_eq!(whole[whole.len() - 1][3], bezier[bezier.len() - 1]);

@@ -14,7 +14,8 @@ pub struct Bounds {
 
 impl Bounds {
     /// Nothing in it yet.
-    pub const EMPTY: Self = Bounds { low: Point([f64::INFINITY; 2]), high: Point([f64::NEG_INFINITY; 2]) };
+    pub const EMPTY: Self =
+        Bounds { low: Point([f64::INFINITY; 2]), high: Point([f64::NEG_INFINITY; 2]) };
 
     /// Grows to hold the points.
     pub fn add(&mut self, points: &[Point<2>]) {
@@ -26,7 +27,8 @@ impl Bounds {
         }
     }
 
-    /// Grows to hold a Bezier segment: its Bezier points after three halvings, which are close to it.
+    /// Grows to hold a Bezier segment: its Bezier points after three halvings, which are close to
+    /// it.
     pub fn add_curve(&mut self, bezier: &[Point<2>]) {
         self.add_halved(bezier, if bezier.len() > 2 { 3 } else { 0 });
     }
@@ -94,22 +96,30 @@ impl Frame {
             return Err(Fault::Overflow.into());
         }
         let tight = f64::max(extent[0] / room[0], extent[1] / room[1]);
-        // A point has no size, and rounding is none worth showing: such a picture is scaled by where it is.
+        // A point has no size, and rounding is none worth showing: such a picture is scaled by
+        // where it is.
         let least = f64::max(centre.max_abs() * 1e-13, 1e-300) / room.max_abs();
-        let unit = if tight > least { tight } else { f64::max(centre.max_abs(), 1.0) / room.max_abs() };
+        let unit =
+            if tight > least { tight } else { f64::max(centre.max_abs(), 1.0) / room.max_abs() };
         Ok(Frame { centre, unit, middle: plot.low * 0.5 + plot.high * 0.5 })
     }
 
     /// Where a point is on the page.
     pub fn place(&self, p: Point<2>) -> Point<2> {
         let from_centre = p - self.centre;
-        Point([self.middle[0] + from_centre[0] / self.unit, self.middle[1] - from_centre[1] / self.unit])
+        Point([
+            self.middle[0] + from_centre[0] / self.unit,
+            self.middle[1] - from_centre[1] / self.unit,
+        ])
     }
 
     /// What is at a place of the page.
     pub fn world(&self, pixel: Point<2>) -> Point<2> {
         let from_middle = pixel - self.middle;
-        Point([self.centre[0] + from_middle[0] * self.unit, self.centre[1] - from_middle[1] * self.unit])
+        Point([
+            self.centre[0] + from_middle[0] * self.unit,
+            self.centre[1] - from_middle[1] * self.unit,
+        ])
     }
 }
 
@@ -133,7 +143,11 @@ mod tests {
     #[test]
     fn points_and_lines_have_a_place_too() {
         for x in [0.0, 5e-324, 1e-200, 3.0, 1e20, 1e300] {
-            assert_eq!(fitted(&[Point([x, -x])]).place(Point([x, -x])), Point([224.0, 124.0]), "{x}");
+            assert_eq!(
+                fitted(&[Point([x, -x])]).place(Point([x, -x])),
+                Point([224.0, 124.0]),
+                "{x}"
+            );
         }
         let frame = fitted(&[Point([2.0, 7.0]), Point([2.0, 9.0])]);
         assert_eq!(frame.place(Point([2.0, 9.0])), Point([224.0, 24.0]));

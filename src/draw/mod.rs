@@ -1,8 +1,9 @@
 //! Pictures of curves and surfaces, as SVG text.
 //!
-//! `sketch` projects curves to the plane, `frame` fits the plane to the page, the other files draw one thing
-//! each, and [`draw`] puts them in order. A picture is exact where SVG allows it: segments of degree 1 to 3 are written with
-//! their Bezier points. The same picture always gives the same text.
+//! `sketch` projects curves to the plane, `frame` fits the plane to the page, the other files draw
+//! one thing each, and [`draw`] puts them in order. A picture is exact where SVG allows it:
+//! segments of degree 1 to 3 are written with their Bezier points. The same picture always gives
+//! the same text.
 
 mod axes;
 mod canvas;
@@ -82,7 +83,8 @@ pub struct Picture {
     pub surface_marks: Vec<Mark>,
     /// What else is drawn.
     pub show: Show,
-    /// The length of a line of the comb for curvature 1, in the units of the curve; otherwise the longest is a fifth of the picture.
+    /// The length of a line of the comb for curvature 1, in the units of the curve; otherwise the
+    /// longest is a fifth of the picture.
     pub comb_scale: Option<f64>,
     /// Width and height in pixels.
     pub size: [usize; 2],
@@ -96,12 +98,21 @@ pub struct Picture {
 /// More segments than [`limits::PICTURE_SEGMENTS`]; coordinates too large for a picture.
 pub fn draw(context: &Context, picture: &Picture) -> Result<String, Error> {
     let sketches = sketches(context, &picture.curves, picture.show.comb)?;
-    let surfaces = picture.surfaces.iter().map(|surface| Shaded::of(context, surface)).collect::<Result<Vec<_>, _>>()?;
+    let surfaces = picture
+        .surfaces
+        .iter()
+        .map(|surface| Shaded::of(context, surface))
+        .collect::<Result<Vec<_>, _>>()?;
     let legend = Legend::of(picture);
     let plot = Plot::inside(picture.size, picture.show.axes, legend.width());
     let space = space_box(context, picture)?;
-    let comb = comb::scale(&sketches, &bounds(context, picture, &sketches, &surfaces, None)?, picture.comb_scale);
-    let bounds = bounds(context, picture, &sketches, &surfaces, Some(comb))?.with_box(space.as_ref().filter(|_| picture.show.axes));
+    let comb = comb::scale(
+        &sketches,
+        &bounds(context, picture, &sketches, &surfaces, None)?,
+        picture.comb_scale,
+    );
+    let bounds = bounds(context, picture, &sketches, &surfaces, Some(comb))?
+        .with_box(space.as_ref().filter(|_| picture.show.axes));
     let frame = Frame::fit(&bounds, &plot)?;
     let mut canvas = Canvas::new(picture.size, &picture.title);
     if picture.show.axes {
@@ -126,7 +137,12 @@ fn sketches(context: &Context, curves: &Curves, comb: bool) -> Result<Vec<Sketch
     Ok(sketches)
 }
 
-fn all<const D: usize>(context: &Context, curves: &[Curve<D>], view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Vec<Sketch>, Error> {
+fn all<const D: usize>(
+    context: &Context,
+    curves: &[Curve<D>],
+    view: fn(Point<D>) -> Point<2>,
+    comb: bool,
+) -> Result<Vec<Sketch>, Error> {
     let sketch = |(i, curve)| Sketch::of(context, curve, view, comb).at("curve").at(i).at("curves");
     curves.iter().enumerate().map(sketch).collect()
 }
@@ -176,7 +192,13 @@ fn bounds(
     Ok(bounds)
 }
 
-fn draw_surfaces(context: &Context, canvas: &mut Canvas, picture: &Picture, surfaces: &[Shaded], frame: &Frame) {
+fn draw_surfaces(
+    context: &Context,
+    canvas: &mut Canvas,
+    picture: &Picture,
+    surfaces: &[Shaded],
+    frame: &Frame,
+) {
     for (shaded, mark) in surfaces.iter().zip(&picture.surface_marks) {
         canvas.open("surface", "stroke-width=\"0.7\" stroke-linejoin=\"round\"");
         shaded.draw(context, canvas, frame, mark.color, picture.show.polygon);
@@ -189,7 +211,14 @@ fn draw_surfaces(context: &Context, canvas: &mut Canvas, picture: &Picture, surf
     }
 }
 
-fn draw_curves(context: &Context, canvas: &mut Canvas, picture: &Picture, sketches: &[Sketch], frame: &Frame, comb: comb::Scale) {
+fn draw_curves(
+    context: &Context,
+    canvas: &mut Canvas,
+    picture: &Picture,
+    sketches: &[Sketch],
+    frame: &Frame,
+    comb: comb::Scale,
+) {
     if sketches.is_empty() {
         return;
     }
@@ -199,7 +228,10 @@ fn draw_curves(context: &Context, canvas: &mut Canvas, picture: &Picture, sketch
     if picture.show.comb {
         comb::draw(context, canvas, sketches, &picture.curve_marks, frame, comb);
     }
-    canvas.open("curves", "fill=\"none\" stroke-width=\"2.5\" stroke-linecap=\"round\" stroke-linejoin=\"round\"");
+    canvas.open(
+        "curves",
+        "fill=\"none\" stroke-width=\"2.5\" stroke-linecap=\"round\" stroke-linejoin=\"round\"",
+    );
     for (sketch, mark) in sketches.iter().zip(&picture.curve_marks) {
         canvas.curve(context, &sketch.segments, frame, mark);
     }
@@ -207,7 +239,9 @@ fn draw_curves(context: &Context, canvas: &mut Canvas, picture: &Picture, sketch
     if picture.show.joints {
         canvas.open("joints", "");
         for (sketch, mark) in sketches.iter().zip(&picture.curve_marks) {
-            sketch.joints().iter().for_each(|&joint| canvas.dot(context, frame.place(joint), 3.5, palette::color(mark.color)));
+            sketch.joints().iter().for_each(|&joint| {
+                canvas.dot(context, frame.place(joint), 3.5, palette::color(mark.color))
+            });
         }
         canvas.close();
     }
@@ -215,12 +249,21 @@ fn draw_curves(context: &Context, canvas: &mut Canvas, picture: &Picture, sketch
 
 /// Curves that share a control polygon show it once.
 fn draw_polygons(context: &Context, canvas: &mut Canvas, sketches: &[Sketch], frame: &Frame) {
-    let repeated = |i: usize| sketches[..i].iter().any(|before| before.polygon == sketches[i].polygon);
-    let fresh: Vec<&Sketch> = sketches.iter().enumerate().filter(|(i, _)| !repeated(*i)).map(|(_, sketch)| sketch).collect();
+    let repeated =
+        |i: usize| sketches[..i].iter().any(|before| before.polygon == sketches[i].polygon);
+    let fresh: Vec<&Sketch> = sketches
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| !repeated(*i))
+        .map(|(_, sketch)| sketch)
+        .collect();
     canvas.open("polygon", palette::POLYGON);
     fresh.iter().for_each(|sketch| canvas.polyline(context, &sketch.polygon, frame, ""));
     canvas.close();
     canvas.open("control-points", "");
-    fresh.iter().flat_map(|sketch| &sketch.polygon).for_each(|&p| canvas.dot(context, frame.place(p), 3.0, palette::INK));
+    fresh
+        .iter()
+        .flat_map(|sketch| &sketch.polygon)
+        .for_each(|&p| canvas.dot(context, frame.place(p), 3.0, palette::INK));
     canvas.close();
 }

@@ -42,7 +42,11 @@ impl Shaded {
         let patch = surface.patch();
         let at = |[a, b]: [f64; 2], i: usize| a + (b - a) * i as f64 / CELLS as f64;
         let [u, v] = patch.domain().map(|(a, b)| [a, b]);
-        let row = |i: usize| context.checkpoint().map(|()| (0..=CELLS).map(|j| patch.at(at(u, i), at(v, j))).collect());
+        let row = |i: usize| {
+            context
+                .checkpoint()
+                .map(|()| (0..=CELLS).map(|j| patch.at(at(u, i), at(v, j))).collect())
+        };
         let grid: Vec<Vec<Point<3>>> = (0..=CELLS).map(row).collect::<Result<_, _>>()?;
         let rows: Vec<Vec<Point<3>>> = surface.rows().map(<[_]>::to_vec).collect();
         let columns = (0..rows[0].len()).map(|j| rows.iter().map(|row| row[j]).collect());
@@ -56,24 +60,48 @@ impl Shaded {
         self.grid.iter().flatten().copied().map(project).collect()
     }
 
-    /// Draws the faces by the painter's algorithm. Each brings its part of the iso-lines, so that nearer faces cover them; the control
-    /// net, where it is wanted, is covered in the same way.
-    pub fn draw(&self, context: &Context, canvas: &mut Canvas, frame: &Frame, color: usize, net: bool) {
-        let mean = |points: &[Point<3>]| points.iter().map(|&p| nearness(p) / points.len() as f64).sum::<f64>();
+    /// Draws the faces by the painter's algorithm. Each brings its part of the iso-lines, so that
+    /// nearer faces cover them; the control net, where it is wanted, is covered in the same way.
+    pub fn draw(
+        &self,
+        context: &Context,
+        canvas: &mut Canvas,
+        frame: &Frame,
+        color: usize,
+        net: bool,
+    ) {
+        let mean = |points: &[Point<3>]| {
+            points.iter().map(|&p| nearness(p) / points.len() as f64).sum::<f64>()
+        };
         let cells = (0..CELLS).flat_map(|i| (0..CELLS).map(move |j| (i, j)));
         let faces = cells.map(|(i, j)| (mean(&self.corners(i, j)), Part::Face(i, j)));
-        let wires = self.wires.iter().enumerate().filter(|_| net).map(|(i, wire)| (mean(wire), Part::Wire(i)));
+        let wires = self
+            .wires
+            .iter()
+            .enumerate()
+            .filter(|_| net)
+            .map(|(i, wire)| (mean(wire), Part::Wire(i)));
         let mut parts: Vec<(f64, Part)> = faces.chain(wires).collect();
         parts.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, part) in parts {
             match part {
                 Part::Face(i, j) => self.face(context, canvas, frame, color, i, j),
-                Part::Wire(i) => canvas.wire(context, self.wires[i].map(|p| frame.place(project(p)))),
+                Part::Wire(i) => {
+                    canvas.wire(context, self.wires[i].map(|p| frame.place(project(p))))
+                }
             }
         }
     }
 
-    fn face(&self, context: &Context, canvas: &mut Canvas, frame: &Frame, color: usize, i: usize, j: usize) {
+    fn face(
+        &self,
+        context: &Context,
+        canvas: &mut Canvas,
+        frame: &Frame,
+        color: usize,
+        i: usize,
+        j: usize,
+    ) {
         let pixels = self.corners(i, j).map(|p| frame.place(project(p)));
         canvas.face(context, &pixels, &lit(color, self.light(i, j)));
         let edges = iso_edges(i, j, pixels);
@@ -100,9 +128,11 @@ impl Shaded {
 /// Pieces of the lines, none longer than a sixteenth of the net.
 fn wires(lines: &[Vec<Point<3>>]) -> Vec<[Point<3>; 2]> {
     let all = || lines.iter().flatten().copied();
-    let size = all().map(|p| all().next().map_or(0.0, |first| p.distance(first))).fold(0.0, f64::max);
+    let size =
+        all().map(|p| all().next().map_or(0.0, |first| p.distance(first))).fold(0.0, f64::max);
     let cut = |[a, b]: [Point<3>; 2]| {
-        let count = (a.distance(b) / size * CELLS as f64).ceil().clamp(1.0, 2.0 * CELLS as f64) as usize;
+        let count =
+            (a.distance(b) / size * CELLS as f64).ceil().clamp(1.0, 2.0 * CELLS as f64) as usize;
         (0..count).map(move |i| [i, i + 1].map(|k| a.lerp(b, k as f64 / count as f64)))
     };
     lines.iter().flat_map(|line| line.windows(2)).flat_map(|pair| cut([pair[0], pair[1]])).collect()

@@ -22,10 +22,17 @@ impl Sketch {
     ///
     /// # Errors
     /// A B-spline with too many spans.
-    pub fn of<const D: usize>(context: &Context, curve: &Curve<D>, view: fn(Point<D>) -> Point<2>, comb: bool) -> Result<Self, Error> {
+    pub fn of<const D: usize>(
+        context: &Context,
+        curve: &Curve<D>,
+        view: fn(Point<D>) -> Point<2>,
+        comb: bool,
+    ) -> Result<Self, Error> {
         let composite = curve.composite(context)?;
         Ok(Sketch {
-            segments: context.collect(composite.locals().map(|segment| segment.absolute().map(view).collect()))?,
+            segments: context.collect(
+                composite.locals().map(|segment| segment.absolute().map(view).collect()),
+            )?,
             polygon: curve.control_points().iter().copied().map(view).collect(),
             teeth: if comb { teeth(context, &composite, view)? } else { Vec::new() },
         })

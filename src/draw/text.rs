@@ -32,11 +32,16 @@ pub fn escape(text: &str) -> String {
 pub fn check_text(text: &str, most: usize) -> Result<(), Fault> {
     let count = text.chars().count();
     if count > most {
-        return Err(Fault::UnsuitableText(format!("this text has {count} characters; at most {most} are drawn")));
+        return Err(Fault::UnsuitableText(format!(
+            "this text has {count} characters; at most {most} are drawn"
+        )));
     }
     let unknown = |c: &char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
     match text.chars().find(unknown) {
-        Some(c) => Err(Fault::UnsuitableText(format!("the character U+{:04X} cannot be drawn; leave it out", u32::from(c)))),
+        Some(c) => Err(Fault::UnsuitableText(format!(
+            "the character U+{:04X} cannot be drawn; leave it out",
+            u32::from(c)
+        ))),
         None => Ok(()),
     }
 }
@@ -47,7 +52,14 @@ mod tests {
 
     #[test]
     fn numbers_are_short_and_never_minus_zero() {
-        let cases = [(0.0, "0"), (-0.001, "0"), (1.5, "1.5"), (100.0, "100"), (2.345_678, "2.35"), (-7.25, "-7.25")];
+        let cases = [
+            (0.0, "0"),
+            (-0.001, "0"),
+            (1.5, "1.5"),
+            (100.0, "100"),
+            (2.345_678, "2.35"),
+            (-7.25, "-7.25"),
+        ];
         cases.iter().for_each(|(x, text)| assert_eq!(number(*x), *text));
     }
 
@@ -55,6 +67,10 @@ mod tests {
     fn markup_and_control_characters_do_not_pass() {
         assert_eq!(escape("<a href=\"x\">&'"), "&lt;a href=&quot;x&quot;&gt;&amp;&#39;");
         assert!(check_text("β = 1 < 2", 20).is_ok());
-        assert!(check_text("a\u{0}", 20).is_err() && check_text("a\nb", 20).is_err() && check_text("abc", 2).is_err());
+        assert!(
+            check_text("a\u{0}", 20).is_err()
+                && check_text("a\nb", 20).is_err()
+                && check_text("abc", 2).is_err()
+        );
     }
 }

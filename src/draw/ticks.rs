@@ -14,14 +14,16 @@ pub struct Tick {
 pub struct Scale {
     /// The numbers, in order.
     pub ticks: Vec<Tick>,
-    /// Where the texts would be long: what they leave out, as it is written behind the name of the axis, `- 1000000`.
+    /// Where the texts would be long: what they leave out, as it is written behind the name of the
+    /// axis, `- 1000000`.
     pub offset: Option<String>,
 }
 
 /// Characters of a text that fits beside an axis.
 const LONGEST: usize = 7;
 
-/// The multiples of 1, 2 or 5 times a power of ten from `low` to `high`: the finest with at most `most` of them.
+/// The multiples of 1, 2 or 5 times a power of ten from `low` to `high`: the finest with at most
+/// `most` of them.
 pub fn scale(low: f64, high: f64, most: usize) -> Scale {
     let span = high - low;
     let (finite, most) = (span.is_finite() && span > 0.0, most.max(2));
@@ -32,7 +34,11 @@ pub fn scale(low: f64, high: f64, most: usize) -> Scale {
     let start = (span / most as f64).log10().floor() as i32;
     let steps = (start..start + 3).flat_map(|power| [1, 2, 5].map(|factor| (factor, power)));
     let counted = steps.map(|(factor, power)| multiples(low, high, factor, power));
-    counted.into_iter().find(|(from, to, ..)| to - from < most as f64).map(write).unwrap_or_default()
+    counted
+        .into_iter()
+        .find(|(from, to, ..)| to - from < most as f64)
+        .map(write)
+        .unwrap_or_default()
 }
 
 type Multiples = (f64, f64, i32, i32);
@@ -56,10 +62,15 @@ fn write((from, to, factor, power): Multiples) -> Scale {
     // What the numbers have in common, in units of the last digit that tells them apart.
     let base = (at(count / 2, 0.0) / 100.0).round() * 100.0;
     let whole = texts(0.0);
-    let is_unfit = whole.iter().any(|text| text.len() > LONGEST) || whole.windows(2).any(|pair| pair[0] == pair[1]);
+    let is_unfit = whole.iter().any(|text| text.len() > LONGEST)
+        || whole.windows(2).any(|pair| pair[0] == pair[1]);
     let is_long = base != 0.0 && is_unfit;
-    let (texts, offset) = if is_long { (texts(base), Some(behind(base, power))) } else { (whole, None) };
-    let ticks = texts.into_iter().enumerate().map(|(i, text)| Tick { value: multiple(from + i as f64, factor, power) + 0.0, text });
+    let (texts, offset) =
+        if is_long { (texts(base), Some(behind(base, power))) } else { (whole, None) };
+    let ticks = texts
+        .into_iter()
+        .enumerate()
+        .map(|(i, text)| Tick { value: multiple(from + i as f64, factor, power) + 0.0, text });
     Scale { ticks: ticks.collect(), offset }
 }
 
@@ -79,14 +90,20 @@ fn behind(base: f64, power: i32) -> String {
     let value = multiple(base.abs(), 1, power);
     let sign = if base < 0.0 { '+' } else { '-' };
     // A base of at most 14 digits is written in full.
-    if (1e-4..1e15).contains(&value) { format!("{sign} {value}") } else { format!("{sign} {}", tidy(value, 13)) }
+    if (1e-4..1e15).contains(&value) {
+        format!("{sign} {value}")
+    } else {
+        format!("{sign} {}", tidy(value, 13))
+    }
 }
 
 /// Scientific, with the digits of the double cut where the noise starts.
 fn tidy(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$e}");
     match text.split_once('e') {
-        Some((digits, power)) => format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.')),
+        Some((digits, power)) => {
+            format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
+        }
         None => text,
     }
 }
@@ -112,12 +129,17 @@ mod tests {
         for (low, high, offset) in cases {
             let found = scale(low, high, 6);
             assert_eq!(found.offset.as_deref(), Some(offset), "{found:?}");
-            assert!(found.ticks.len() >= 3 && found.ticks.iter().all(|tick| tick.text.len() <= LONGEST), "{found:?}");
+            assert!(
+                found.ticks.len() >= 3 && found.ticks.iter().all(|tick| tick.text.len() <= LONGEST),
+                "{found:?}"
+            );
             let base: f64 = offset.replace("- ", "").replace("+ ", "-").parse().unwrap();
             for pair in found.ticks.windows(2) {
                 assert_ne!(pair[0].text, pair[1].text, "{found:?}");
                 let read = pair.iter().map(|tick| base + tick.text.parse::<f64>().unwrap());
-                read.zip(pair).for_each(|(read, tick)| assert!((read - tick.value).abs() < 1e-3 * (high - low), "{found:?}"));
+                read.zip(pair).for_each(|(read, tick)| {
+                    assert!((read - tick.value).abs() < 1e-3 * (high - low), "{found:?}")
+                });
             }
         }
         assert_eq!(scale(-0.31, 0.29, 8).offset, None);
@@ -134,7 +156,9 @@ mod tests {
 
     #[test]
     fn no_extent_no_ticks() {
-        for (low, high) in [(1.0, 1.0), (f64::NAN, 1.0), (-1e308, 1.7e308), (1e16, 1e16 + 2.0), (2.0, 1.0)] {
+        for (low, high) in
+            [(1.0, 1.0), (f64::NAN, 1.0), (-1e308, 1.7e308), (1e16, 1e16 + 2.0), (2.0, 1.0)]
+        {
             assert_eq!(scale(low, high, 8), Scale::default());
         }
         assert!(!scale(0.0, 1e-307, 8).ticks.is_empty());

@@ -9,9 +9,11 @@ const SIN_ELEVATION: f64 = 0.422_618_261_740_699_4;
 const COS_ELEVATION: f64 = 0.906_307_787_036_65;
 
 /// The direction to the eye.
-pub const EYE: Point<3> = Point([COS_ELEVATION * COS_AZIMUTH, COS_ELEVATION * SIN_AZIMUTH, SIN_ELEVATION]);
+pub const EYE: Point<3> =
+    Point([COS_ELEVATION * COS_AZIMUTH, COS_ELEVATION * SIN_AZIMUTH, SIN_ELEVATION]);
 const RIGHT: Point<3> = Point([-SIN_AZIMUTH, COS_AZIMUTH, 0.0]);
-const UP: Point<3> = Point([-SIN_ELEVATION * COS_AZIMUTH, -SIN_ELEVATION * SIN_AZIMUTH, COS_ELEVATION]);
+const UP: Point<3> =
+    Point([-SIN_ELEVATION * COS_AZIMUTH, -SIN_ELEVATION * SIN_AZIMUTH, COS_ELEVATION]);
 
 /// The point of the picture plane. Linear, so Bezier points go to Bezier points.
 pub fn project(p: Point<3>) -> Point<2> {
@@ -34,7 +36,8 @@ pub struct Box3 {
 
 impl Box3 {
     /// Nothing in it yet.
-    pub const EMPTY: Self = Box3 { low: Point([f64::INFINITY; 3]), high: Point([f64::NEG_INFINITY; 3]) };
+    pub const EMPTY: Self =
+        Box3 { low: Point([f64::INFINITY; 3]), high: Point([f64::NEG_INFINITY; 3]) };
 
     /// Grows to hold the points.
     pub fn add(&mut self, points: impl IntoIterator<Item = Point<3>>) {
@@ -54,7 +57,11 @@ impl Box3 {
     /// The edges along x, y and z that show the axes: those at the outline, seen from the eye.
     pub fn edges(&self) -> [[Point<3>; 2]; 3] {
         let ([a, b, c], [x, y, z]) = (self.low.0, self.high.0);
-        [[Point([a, b, c]), Point([x, b, c])], [Point([x, b, c]), Point([x, y, c])], [Point([a, b, c]), Point([a, b, z])]]
+        [
+            [Point([a, b, c]), Point([x, b, c])],
+            [Point([x, b, c]), Point([x, y, c])],
+            [Point([a, b, c]), Point([a, b, z])],
+        ]
     }
 }
 

@@ -56,10 +56,12 @@ struct Batch {
 
 /// Many operations, one a line
 ///
-/// Each line is `{"id": ..., "op": "evaluate", "body": {...}}`: `op` is the path of an operation after `/v1/`, `body` its request, `id` (a text or a
-/// whole number, optional) comes back. The answer has a line for each, in the same order, while the batch is still being sent:
-/// `{"line": 1, "id": ..., "answer": {...}}`, or `"problem"` in place of `answer`, and then the rest goes on. There is no limit to the number
-/// of lines; each is at most as long as the body of a request may be. The same numbers as from single requests.
+/// Each line is `{"id": ..., "op": "evaluate", "body": {...}}`: `op` is the path of an operation
+/// after `/v1/`, `body` its request, `id` (a text or a whole number, optional) comes back. The
+/// answer has a line for each, in the same order, while the batch is still being sent: `{"line": 1,
+/// "id": ..., "answer": {...}}`, or `"problem"` in place of `answer`, and then the rest goes on.
+/// There is no limit to the number of lines; each is at most as long as the body of a request may
+/// be. The same numbers as from single requests.
 #[utoipa::path(
     post,
     path = "/v1/batch",
@@ -80,14 +82,21 @@ pub async fn post(State(service): State<Arc<Service>>, request: Request) -> Resp
         Ok(format) => format,
         Err(problem) => return problem.into_response(),
     };
-    let id = request.extensions().get().cloned().unwrap_or(RequestId(HeaderValue::from_static("none")));
-    let packer = service.coding(request.headers()).and_then(|coding| Packer::new(coding, None, &service.memory));
+    let id =
+        request.extensions().get().cloned().unwrap_or(RequestId(HeaderValue::from_static("none")));
+    let packer = service
+        .coding(request.headers())
+        .and_then(|coding| Packer::new(coding, None, &service.memory));
     let coding = packer.as_ref().map(Packer::coding);
-    // As many parts underway as keep every worker busy; the next is read when the first of them is sent.
+    // As many parts underway as keep every worker busy; the next is read when the first of them is
+    // sent.
     let (send, parts) = mpsc::channel(2 * service.pool.workers());
     let batch = Batch { service, format, id };
     let reader = tokio::spawn(read(request.into_body(), batch.clone(), send));
-    let mut response = Body::from_stream(Answers { parts, reader: Some(reader), packer, batch: batch.clone() }.stream()).into_response();
+    let mut response = Body::from_stream(
+        Answers { parts, reader: Some(reader), packer, batch: batch.clone() }.stream(),
+    )
+    .into_response();
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(NDJSON));
     headers.insert(header::VARY, batch.service.vary());
@@ -116,7 +125,9 @@ impl Answers {
     fn stream(self) -> impl Stream<Item = io::Result<Bytes>> {
         let chunks = stream::try_unfold(self, |mut answers| async move {
             let next = answers.next().await?;
-            Ok::<_, io::Error>(next.map(|chunks| (stream::iter(chunks.into_iter().map(Ok)), answers)))
+            Ok::<_, io::Error>(
+                next.map(|chunks| (stream::iter(chunks.into_iter().map(Ok)), answers)),
+            )
         });
         chunks.try_flatten().fuse()
     }
@@ -149,13 +160,17 @@ impl Answers {
                 let packed = packer.pack(context, chunks);
                 (packer, packed)
             };
-            match hand_over(&service.pool, Instant::now() + service.deadline, (packer, chunks), job).await {
+            match hand_over(&service.pool, Instant::now() + service.deadline, (packer, chunks), job)
+                .await
+            {
                 Ok((packer, packed)) => {
                     self.packer = Some(packer);
                     return packed.map_err(|problem| cut_off(problem.code()));
                 }
                 Err(Refused::Full(again)) => (packer, chunks) = again,
-                Err(Refused::Failed(failure)) => return Err(cut_off(self.batch.failed(failure).code())),
+                Err(Refused::Failed(failure)) => {
+                    return Err(cut_off(self.batch.failed(failure).code()));
+                }
             }
             sleep(RETRY).await;
         }
@@ -183,7 +198,12 @@ fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
         return Ok(());
     }
     let detail = format!("a batch is sent with the header Content-Type: {NDJSON}");
-    Err(Problem::new(Status::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "Unsupported media type", detail))
+    Err(Problem::new(
+        Status::UNSUPPORTED_MEDIA_TYPE,
+        "unsupported_media_type",
+        "Unsupported media type",
+        detail,
+    ))
 }
 
 /// Reads the batch, and hands its parts out in order, until its end or until nobody takes them.
@@ -192,7 +212,9 @@ async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
     let service = &batch.service;
     let hand_out = |part: Part| {
         let batch = batch.clone();
-        send.send(Underway(tokio::spawn(async move { guarded(&part, &batch, compute(&part, &batch)).await })))
+        send.send(Underway(tokio::spawn(async move {
+            guarded(&part, &batch, compute(&part, &batch)).await
+        })))
     };
     let broken = loop {
         let frame = tokio::select! {
@@ -225,7 +247,9 @@ async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
         Some(problem) => {
             let line = Part { text: b"-".to_vec(), first: cutter.line() };
             let budget = service.memory.clone();
-            let _ = send.send(Underway(tokio::spawn(async move { line.refuse(&problem, &budget) }))).await;
+            let _ = send
+                .send(Underway(tokio::spawn(async move { line.refuse(&problem, &budget) })))
+                .await;
         }
     }
 }
@@ -238,7 +262,8 @@ async fn guarded(part: &Part, batch: &Batch, computed: impl Future<Output = Chun
     })
 }
 
-/// Computes a part; where it is too slow or panics, line by line, so that each line has its own outcome.
+/// Computes a part; where it is too slow or panics, line by line, so that each line has its own
+/// outcome.
 async fn compute(part: &Part, batch: &Batch) -> Chunks {
     let budget = &batch.service.memory;
     match attempt(part, batch).await {
@@ -286,7 +311,11 @@ mod tests {
 
     fn batch() -> Batch {
         let service = Service::start(&Settings::parse_from(["test"]).config).unwrap();
-        Batch { service, format: Format::default(), id: RequestId(HeaderValue::from_static("the-id")) }
+        Batch {
+            service,
+            format: Format::default(),
+            id: RequestId(HeaderValue::from_static("the-id")),
+        }
     }
 
     async fn panicking<T>() -> T {
@@ -301,34 +330,54 @@ mod tests {
     async fn a_panic_puts_the_problem_in_the_place_of_every_line() {
         let batch = batch();
         let text = guarded(&part(), &batch, panicking()).await.concat();
-        let lines: Vec<serde_json::Value> =
-            text.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).map(|line| serde_json::from_slice(line).unwrap()).collect();
-        let seen: Vec<_> = lines.iter().map(|line| (&line["line"], &line["id"], &line["problem"]["code"])).collect();
+        let lines: Vec<serde_json::Value> = text
+            .split(|byte| *byte == b'\n')
+            .filter(|line| !line.is_empty())
+            .map(|line| serde_json::from_slice(line).unwrap())
+            .collect();
+        let seen: Vec<_> = lines
+            .iter()
+            .map(|line| (&line["line"], &line["id"], &line["problem"]["code"]))
+            .collect();
         let internal = serde_json::json!("internal");
-        assert_eq!(seen, [(&5.into(), &"a".into(), &internal), (&7.into(), &serde_json::Value::Null, &internal)]);
+        assert_eq!(
+            seen,
+            [(&5.into(), &"a".into(), &internal), (&7.into(), &serde_json::Value::Null, &internal)]
+        );
         assert_eq!(batch.service.metrics.panics.get(), 1);
     }
 
     fn answers(batch: &Batch, reader: JoinHandle<()>, parts: Vec<JoinHandle<Chunks>>) -> Answers {
         let (send, receive) = mpsc::channel(9);
-        parts.into_iter().for_each(|part| send.try_send(Underway(part)).unwrap_or_else(|_| panic!("full")));
+        parts
+            .into_iter()
+            .for_each(|part| send.try_send(Underway(part)).unwrap_or_else(|_| panic!("full")));
         Answers { parts: receive, reader: Some(reader), packer: None, batch: batch.clone() }
     }
 
     #[tokio::test]
     async fn an_answer_has_an_end_only_if_nothing_is_lost() {
         let batch = batch();
-        let good = || tokio::spawn(async { part().refuse(&Problem::internal(), &memory::unlimited()) });
+        let good =
+            || tokio::spawn(async { part().refuse(&Problem::internal(), &memory::unlimited()) });
         let whole = |answers: Answers| Body::from_stream(answers.stream()).collect();
         assert!(whole(answers(&batch, tokio::spawn(async {}), vec![good()])).await.is_ok());
-        assert!(whole(answers(&batch, tokio::spawn(async {}), vec![good(), tokio::spawn(panicking())])).await.is_err());
-        assert!(whole(answers(&batch, tokio::spawn(panicking()), vec![good()])).await.is_err(), "the reader is gone");
+        assert!(
+            whole(answers(&batch, tokio::spawn(async {}), vec![good(), tokio::spawn(panicking())]))
+                .await
+                .is_err()
+        );
+        assert!(
+            whole(answers(&batch, tokio::spawn(panicking()), vec![good()])).await.is_err(),
+            "the reader is gone"
+        );
         assert_eq!(batch.service.metrics.panics.get(), 2);
     }
 
     #[tokio::test]
     async fn an_answer_may_be_asked_for_more_after_its_end() {
-        let mut body = Body::from_stream(answers(&batch(), tokio::spawn(async {}), Vec::new()).stream());
+        let mut body =
+            Body::from_stream(answers(&batch(), tokio::spawn(async {}), Vec::new()).stream());
         for _ in 0..3 {
             assert!(body.frame().await.is_none());
         }

@@ -27,7 +27,11 @@ impl<T: Written> IntoResponse for Json<T> {
 
 impl From<Chunks> for Body {
     fn from(mut chunks: Chunks) -> Self {
-        if chunks.is_single() { chunks.pop().map_or_else(Body::empty, Body::from) } else { Body::new(chunks) }
+        if chunks.is_single() {
+            chunks.pop().map_or_else(Body::empty, Body::from)
+        } else {
+            Body::new(chunks)
+        }
     }
 }
 
@@ -35,7 +39,10 @@ impl http_body::Body for Chunks {
     type Data = Bytes;
     type Error = Infallible;
 
-    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        _: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
         Poll::Ready(self.pop().map(|chunk| Ok(Frame::data(chunk))))
     }
 

@@ -30,18 +30,30 @@ impl Budget {
     /// A budget of this many bytes.
     pub fn new(most: usize, metrics: Arc<Metrics>) -> Arc<Self> {
         let (waiting, stuck) = (AtomicUsize::new(0), AtomicBool::new(false));
-        Arc::new(Budget { bytes: Limited::to(most), metrics, waiting, stuck, changed: Default::default() })
+        Arc::new(Budget {
+            bytes: Limited::to(most),
+            metrics,
+            waiting,
+            stuck,
+            changed: Default::default(),
+        })
     }
 
     fn has_room(&self, bytes: usize) -> bool {
         self.bytes.has_room(bytes)
     }
 
-    /// Blocks a worker that is about to write a long answer while those before it are being sent, for a second at most: clients that
-    /// read more slowly than the workers write slow these down, and are not refused. Where a wait was in vain nobody else waits until
-    /// something has been sent.
+    /// Blocks a worker that is about to write a long answer while those before it are being sent,
+    /// for a second at most: clients that read more slowly than the workers write slow these down,
+    /// and are not refused. Where a wait was in vain nobody else waits until something has been
+    /// sent.
     pub fn await_room(&self, context: &Context, bytes: usize) {
-        let no_need = || bytes <= CHUNK || bytes > self.bytes.most() || self.has_room(bytes) || self.stuck.load(Ordering::Relaxed);
+        let no_need = || {
+            bytes <= CHUNK
+                || bytes > self.bytes.most()
+                || self.has_room(bytes)
+                || self.stuck.load(Ordering::Relaxed)
+        };
         if no_need() {
             return;
         }
@@ -52,7 +64,8 @@ impl Budget {
             if Instant::now() >= until {
                 self.stuck.store(true, Ordering::Relaxed);
             }
-            lock = self.changed.1.wait_timeout(lock, LOOK).unwrap_or_else(PoisonError::into_inner).0;
+            lock =
+                self.changed.1.wait_timeout(lock, LOOK).unwrap_or_else(PoisonError::into_inner).0;
         }
         drop(lock);
         self.waiting.fetch_sub(1, Ordering::Relaxed);

@@ -1,5 +1,5 @@
-//! One request to an operation: what is sent and wanted is settled, the body read, the computation run where it belongs, the answer
-//! written and packed.
+//! One request to an operation: what is sent and wanted is settled, the body read, the computation
+//! run where it belongs, the answer written and packed.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -32,7 +32,10 @@ pub async fn answer<O: Operation>(service: Arc<Service>, request: Request) -> Re
     answered::<O>(service, request).await.unwrap_or_else(IntoResponse::into_response)
 }
 
-async fn answered<O: Operation>(service: Arc<Service>, request: Request) -> Result<Response, Problem> {
+async fn answered<O: Operation>(
+    service: Arc<Service>,
+    request: Request,
+) -> Result<Response, Problem> {
     let offered: &[&'static str] = match O::Answer::KIND {
         OutputKind::Object => &["application/json", RAW],
         OutputKind::Picture => &["image/svg+xml"],
@@ -46,7 +49,9 @@ async fn answered<O: Operation>(service: Arc<Service>, request: Request) -> Resu
     let deadline = Instant::now() + service.deadline;
     let packing = coding.map(|coding| Packing { coding, service: service.clone(), deadline });
     let vary = service.vary();
-    let computed = Computation { service, body, sent, format, deadline, packing: packing.clone() }.run::<O>().await?;
+    let computed = Computation { service, body, sent, format, deadline, packing: packing.clone() }
+        .run::<O>()
+        .await?;
     let packed = match packing {
         // What was computed where it arrived is packed on a worker all the same.
         Some(packing) => packing.on_a_worker(computed).await?,
@@ -70,11 +75,15 @@ impl Computation {
         let Computation { service, body, sent, format, deadline, packing } = self;
         let written_by = service.clone();
         // With the body, where it is still there, faults come in its order.
-        let written = move |context: &Context, request: O::Request, body: &[u8]| -> Result<Chunks, Problem> {
-            let mut buffer = Buffer::new(context, &written_by.memory).with_threads(1 + written_by.pool.idle());
-            O::compute(context, request).map_err(|error| json::refused(error, body))?.write(format, &mut buffer)?;
-            Ok(buffer.finish())
-        };
+        let written =
+            move |context: &Context, request: O::Request, body: &[u8]| -> Result<Chunks, Problem> {
+                let mut buffer = Buffer::new(context, &written_by.memory)
+                    .with_threads(1 + written_by.pool.idle());
+                O::compute(context, request)
+                    .map_err(|error| json::refused(error, body))?
+                    .write(format, &mut buffer)?;
+                Ok(buffer.finish())
+            };
         let pack = move |context: &Context, chunks| match packing {
             Some(packing) => packing.pack(context, chunks),
             None => Ok(chunks),
@@ -94,7 +103,8 @@ impl Computation {
             let context = service.pool.context();
             let request: O::Request = read(&context, &body.bytes, sent, max_depth)?;
             if O::is_small(&request) {
-                catch_unwind(AssertUnwindSafe(|| written(&context, request, &body.bytes))).map_err(|_| Failure::Panicked)
+                catch_unwind(AssertUnwindSafe(|| written(&context, request, &body.bytes)))
+                    .map_err(|_| Failure::Panicked)
             } else {
                 let cost = request.cost();
                 let job = move |context: &Context| {
@@ -105,7 +115,9 @@ impl Computation {
             }
         };
         match result {
-            Ok(Err(problem)) if problem.code() == "overloaded" => Err(refused(&service, Reason::memory)),
+            Ok(Err(problem)) if problem.code() == "overloaded" => {
+                Err(refused(&service, Reason::memory))
+            }
             Ok(done) => done,
             Err(failure) => Err(failed(&service, failure)),
         }
@@ -113,7 +125,12 @@ impl Computation {
 }
 
 /// The answer as HTTP has it.
-fn response(chunks: Chunks, media_type: &'static str, vary: HeaderValue, coding: Option<Coding>) -> Response {
+fn response(
+    chunks: Chunks,
+    media_type: &'static str,
+    vary: HeaderValue,
+    coding: Option<Coding>,
+) -> Response {
     // With room for what the middleware adds.
     let mut headers = HeaderMap::with_capacity(12);
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
@@ -127,7 +144,12 @@ fn response(chunks: Chunks, media_type: &'static str, vary: HeaderValue, coding:
     response
 }
 
-fn read<Request: json::Request>(context: &Context, body: &Bytes, sent: BodyFormat, max_depth: usize) -> Result<Request, Problem> {
+fn read<Request: json::Request>(
+    context: &Context,
+    body: &Bytes,
+    sent: BodyFormat,
+    max_depth: usize,
+) -> Result<Request, Problem> {
     let read = |text: &[u8]| {
         json::check_depth(text, max_depth)?;
         json::from_bytes(context, text)
@@ -143,7 +165,8 @@ pub(super) fn refused(service: &Service, reason: Reason) -> Problem {
     service.metrics.shed(reason);
     match reason {
         Reason::memory => Problem::overloaded("the memory for bodies and answers is in use"),
-        _ => Problem::overloaded("all workers are busy, and what waits for them is too much").for_about(service.pool.retry()),
+        _ => Problem::overloaded("all workers are busy, and what waits for them is too much")
+            .for_about(service.pool.retry()),
     }
 }
 
@@ -152,8 +175,10 @@ pub(super) fn failed(service: &Service, failure: Failure) -> Problem {
     match failure {
         Failure::Full => refused(service, Reason::queue),
         Failure::Deadline => {
-            let detail =
-                format!("the answer was not ready within {} s; ask for less at once, or try again later", service.deadline.as_secs_f64());
+            let detail = format!(
+                "the answer was not ready within {} s; ask for less at once, or try again later",
+                service.deadline.as_secs_f64()
+            );
             Problem::new(Status::GATEWAY_TIMEOUT, "deadline", "The deadline has passed", detail)
         }
         Failure::Panicked => {

@@ -22,15 +22,18 @@ use crate::http::service::Service;
 pub const WORTH_IT: u64 = 1_024;
 /// What an encoder holds: zstd with the window below takes some 500 KiB, gzip less.
 const MEMORY: usize = 640 << 10;
-/// Numbers repeat little, so most of the gain is in writing their digits in fewer bits, which zstd would leave out at this level if it
-/// were not told. For 10,000 samples this takes half the time of level 1; the text is 6 % longer.
+/// Numbers repeat little, so most of the gain is in writing their digits in fewer bits, which zstd
+/// would leave out at this level if it were not told. For 10,000 samples this takes half the time
+/// of level 1; the text is 6 % longer.
 const ZSTD_LEVEL: i32 = -7;
-/// Repetitions are looked for in the last 64 KiB: more would make no answer smaller, but the encoder larger.
+/// Repetitions are looked for in the last 64 KiB: more would make no answer smaller, but the
+/// encoder larger.
 const ZSTD_WINDOW: u32 = 16;
 /// The least that writes digits in fewer bits.
 const GZIP_LEVEL: u32 = 2;
 
-/// One compressed text in the making: it may be packed in parts, each of which can be read when it arrives.
+/// One compressed text in the making: it may be packed in parts, each of which can be read when it
+/// arrives.
 pub struct Packer {
     encoder: Encoder,
     coding: Coding,
@@ -50,7 +53,8 @@ enum Then {
 }
 
 impl Packer {
-    /// Its memory is taken from the budget; nothing where there is no room. `length` is that of the whole text, if known.
+    /// Its memory is taken from the budget; nothing where there is no room. `length` is that of the
+    /// whole text, if known.
     pub fn new(coding: Coding, length: Option<u64>, budget: &Arc<dyn Memory>) -> Option<Self> {
         let mut memory = Reservation::of(budget);
         memory.grow_to(MEMORY).ok()?;
@@ -132,7 +136,8 @@ pub struct Packing {
 }
 
 impl Packing {
-    /// The text packed, within a computation; as it is where it is short, packed already, or there is no room for an encoder.
+    /// The text packed, within a computation; as it is where it is short, packed already, or there
+    /// is no room for an encoder.
     ///
     /// # Errors
     /// Nobody waits any more.
@@ -146,7 +151,8 @@ impl Packing {
         }
     }
 
-    /// The same on a worker, for a text written elsewhere; as it is where no worker has time for it.
+    /// The same on a worker, for a text written elsewhere; as it is where no worker has time for
+    /// it.
     ///
     /// # Errors
     /// The deadline.
@@ -155,7 +161,11 @@ impl Packing {
             return Ok(text);
         }
         let (service, deadline) = (self.service.clone(), self.deadline);
-        match hand_over(&service.pool, deadline, text, move |context, text| self.pack(context, text)).await {
+        match hand_over(&service.pool, deadline, text, move |context, text| {
+            self.pack(context, text)
+        })
+        .await
+        {
             Ok(packed) => packed,
             Err(Refused::Full(text)) => Ok(text),
             Err(Refused::Failed(failure)) => Err(failed(&service, failure)),
@@ -190,7 +200,9 @@ pub async fn hand_over<T: Send + 'static, R: Send + 'static>(
     let taken = held.clone();
     match pool.run(deadline, move |context| take(&taken).map(|value| job(context, value))).await {
         Ok(Some(done)) => Ok(done),
-        Err(Failure::Full) => Err(take(&held).map_or(Refused::Failed(Failure::Full), Refused::Full)),
+        Err(Failure::Full) => {
+            Err(take(&held).map_or(Refused::Failed(Failure::Full), Refused::Full))
+        }
         Ok(None) => Err(Refused::Failed(Failure::Panicked)),
         Err(failure) => Err(Refused::Failed(failure)),
     }
@@ -222,17 +234,23 @@ mod tests {
         let (mut rest, mut text) = (packed, Vec::new());
         match coding {
             Coding::Zstd => {
-                let mut decoder = ::zstd::stream::read::Decoder::with_buffer(&mut rest).unwrap().single_frame();
+                let mut decoder =
+                    ::zstd::stream::read::Decoder::with_buffer(&mut rest).unwrap().single_frame();
                 decoder.read_to_end(&mut text).unwrap();
             }
-            Coding::Gzip => _ = flate2::bufread::GzDecoder::new(&mut rest).read_to_end(&mut text).unwrap(),
+            Coding::Gzip => {
+                _ = flate2::bufread::GzDecoder::new(&mut rest).read_to_end(&mut text).unwrap()
+            }
         }
         assert!(rest.is_empty(), "{coding:?}: {} bytes after the end", rest.len());
         text
     }
 
     fn whole(coding: Coding, text: &[u8], budget: &Arc<dyn Memory>) -> Chunks {
-        Packer::new(coding, Some(text.len() as u64), budget).unwrap().feed(&Context::default(), chunks(text, budget), Then::End).unwrap()
+        Packer::new(coding, Some(text.len() as u64), budget)
+            .unwrap()
+            .feed(&Context::default(), chunks(text, budget), Then::End)
+            .unwrap()
     }
 
     #[test]
@@ -242,7 +260,12 @@ mod tests {
                 let text = numbers(count);
                 let packed = whole(coding, &text, &memory::unlimited());
                 assert!(packed.is_packed());
-                assert!(count < 100 || 2 * packed.len() < text.len() as u64, "{} of {}", packed.len(), text.len());
+                assert!(
+                    count < 100 || 2 * packed.len() < text.len() as u64,
+                    "{} of {}",
+                    packed.len(),
+                    text.len()
+                );
                 assert!(unpacked(coding, &packed.concat()) == text, "{coding:?} {count}");
             }
         }
@@ -252,10 +275,13 @@ mod tests {
     fn parts_are_one_text_and_each_can_be_read_at_once() {
         for coding in BOTH {
             let budget = memory::unlimited();
-            let (mut packer, mut packed, mut text) = (Packer::new(coding, None, &budget).unwrap(), Vec::new(), Vec::new());
+            let (mut packer, mut packed, mut text) =
+                (Packer::new(coding, None, &budget).unwrap(), Vec::new(), Vec::new());
             for count in [1, 20_000, 3] {
                 let part = numbers(count);
-                packed.extend(packer.pack(&Context::default(), chunks(&part, &budget)).unwrap().concat());
+                packed.extend(
+                    packer.pack(&Context::default(), chunks(&part, &budget)).unwrap().concat(),
+                );
                 text.extend(part);
                 assert!(readable(coding, &packed) == text, "{coding:?} {count}");
             }
@@ -268,7 +294,9 @@ mod tests {
     fn readable(coding: Coding, packed: &[u8]) -> Vec<u8> {
         let mut text = Vec::new();
         let ended = match coding {
-            Coding::Zstd => ::zstd::stream::read::Decoder::new(packed).unwrap().read_to_end(&mut text),
+            Coding::Zstd => {
+                ::zstd::stream::read::Decoder::new(packed).unwrap().read_to_end(&mut text)
+            }
             Coding::Gzip => flate2::read::GzDecoder::new(packed).read_to_end(&mut text),
         };
         assert!(ended.is_err(), "it has ended");
@@ -283,7 +311,10 @@ mod tests {
             let budget = memory::limited(needed);
             let packed = whole(coding, &text, &budget);
             let mut rest = Reservation::of(&budget);
-            assert!(rest.grow_to(needed - text.len() / 2).is_ok(), "the packed text holds less than the text did");
+            assert!(
+                rest.grow_to(needed - text.len() / 2).is_ok(),
+                "the packed text holds less than the text did"
+            );
             assert!(Packer::new(coding, None, &budget).is_none(), "there is no room for another");
             drop((packed, rest));
             assert!(Reservation::of(&budget).grow_to(needed).is_ok());
@@ -305,7 +336,10 @@ mod tests {
         context.set_parameter(CParameter::CompressionLevel(ZSTD_LEVEL)).unwrap();
         context.set_parameter(CParameter::WindowLog(ZSTD_WINDOW)).unwrap();
         let (text, mut out) = (vec![7; 300_000], vec![0; 1_000_000]);
-        let (mut text, mut out) = (::zstd::zstd_safe::InBuffer::around(&text), ::zstd::zstd_safe::OutBuffer::around(&mut out[..]));
+        let (mut text, mut out) = (
+            ::zstd::zstd_safe::InBuffer::around(&text),
+            ::zstd::zstd_safe::OutBuffer::around(&mut out[..]),
+        );
         context.compress_stream(&mut out, &mut text).unwrap();
         // The writer around it has a buffer of 32 KiB.
         assert!(context.sizeof() + 32 * 1024 <= MEMORY, "{}", context.sizeof());

@@ -34,7 +34,8 @@ impl Handlers {
         Handlers(operations::each(&ToHandler))
     }
 
-    /// What answers at this path, if it is that of an operation: the router would find the same with more detours.
+    /// What answers at this path, if it is that of an operation: the router would find the same
+    /// with more detours.
     pub fn at(&self, path: &str) -> Option<Handler> {
         self.0.iter().find(|(known, _)| *known == path).map(|(_, handler)| *handler)
     }

@@ -43,21 +43,30 @@ pub async fn live() -> Json<Health> {
 pub async fn ready(State(service): State<Arc<Service>>) -> Result<Json<Health>, Problem> {
     if service.is_stopping() {
         let detail = "the service is about to stop; ask another instance";
-        return Err(Problem::new(Status::SERVICE_UNAVAILABLE, "stopping", "The service is stopping", detail));
+        return Err(Problem::new(
+            Status::SERVICE_UNAVAILABLE,
+            "stopping",
+            "The service is stopping",
+            detail,
+        ));
     }
     Ok(Json(Health { status: HealthStatus::Ok }))
 }
 
 /// What the service has counted
 ///
-/// In the text format of OpenMetrics, which Prometheus reads. Where the setting `metrics-listen` gives metrics an address of their own,
-/// they are answered there and not here.
+/// In the text format of OpenMetrics, which Prometheus reads. Where the setting `metrics-listen`
+/// gives metrics an address of their own, they are answered there and not here.
 #[utoipa::path(get, path = "/metrics", operation_id = "metrics", tag = "Service", responses(
     (status = 200, description = "The metrics.", body = String, content_type = "application/openmetrics-text"),
     (status = 401, description = "The service wants an API key.", body = Problem, content_type = "application/problem+json"),
     (status = 404, description = "They have an address of their own.", body = Problem, content_type = "application/problem+json")
 ))]
-pub async fn metrics(State(service): State<Arc<Service>>, headers: HeaderMap, uri: Uri) -> Response {
+pub async fn metrics(
+    State(service): State<Arc<Service>>,
+    headers: HeaderMap,
+    uri: Uri,
+) -> Response {
     if service.metrics_elsewhere {
         return super::not_found(headers, uri).await;
     }

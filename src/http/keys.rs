@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::RwLock;
 use std::time::SystemTime;
 
-use axum::http::{HeaderMap, header};
+use axum::http::{HeaderMap, HeaderValue, header};
 use sha2::{Digest, Sha256};
 use subtle::{Choice, ConstantTimeEq};
 
@@ -52,11 +52,13 @@ impl Keys {
     /// As [`Keys::new`]; the keys stay as they were.
     pub fn reload(&self) -> Result<bool, String> {
         let Some(path) = &self.file else { return Ok(false) };
-        let stamp = stamp(path).map_err(|error| format!("the API keys file {}: {error}", path.display()))?;
+        let stamp = stamp(path)
+            .map_err(|error| format!("the API keys file {}: {error}", path.display()))?;
         if self.of_file.read().is_ok_and(|known| known.stamp == Some(stamp)) {
             return Ok(false);
         }
-        let hashes = read(path).map_err(|error| format!("the API keys file {}: {error}", path.display()))?;
+        let hashes =
+            read(path).map_err(|error| format!("the API keys file {}: {error}", path.display()))?;
         let mut of_file = self.of_file.write().unwrap_or_else(std::sync::PoisonError::into_inner);
         *of_file = OfFile { hashes, stamp: Some(stamp) };
         Ok(true)
@@ -65,7 +67,7 @@ impl Keys {
     /// Whether these headers carry a key, as `Authorization: Bearer` or as `X-Api-Key`.
     pub fn admit(&self, headers: &HeaderMap) -> bool {
         let bearer = headers.get(header::AUTHORIZATION).and_then(|value| token(value.as_bytes()));
-        let plain = headers.get("x-api-key").map(axum::http::HeaderValue::as_bytes);
+        let plain = headers.get("x-api-key").map(HeaderValue::as_bytes);
         bearer.into_iter().chain(plain).any(|key| self.knows(key))
     }
 
@@ -91,7 +93,8 @@ fn stamp(path: &Path) -> std::io::Result<Stamp> {
 
 fn read(path: &Path) -> Result<Vec<Hash>, String> {
     let text = fs::read_to_string(path).map_err(|error| error.to_string())?;
-    let keys = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let keys =
+        text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
     let hashes: Vec<Hash> = keys.map(checked).collect::<Result<_, _>>()?;
     if hashes.is_empty() { Err("it has no key; write one a line".into()) } else { Ok(hashes) }
 }
@@ -115,12 +118,20 @@ mod tests {
     fn either_header_and_any_key_will_do() {
         let keys = Keys::new(&["one".into(), "two".into()], None).unwrap();
         assert!(keys.are_required());
-        for (name, value) in [("authorization", "Bearer one"), ("authorization", "bearer  two"), ("x-api-key", "two")] {
+        for (name, value) in [
+            ("authorization", "Bearer one"),
+            ("authorization", "bearer  two"),
+            ("x-api-key", "two"),
+        ] {
             assert!(keys.admit(&headers(name, value)), "{name}: {value}");
         }
-        for (name, value) in
-            [("authorization", "one"), ("authorization", "Basic one"), ("x-api-key", "three"), ("x-api-key", ""), ("cookie", "one")]
-        {
+        for (name, value) in [
+            ("authorization", "one"),
+            ("authorization", "Basic one"),
+            ("x-api-key", "three"),
+            ("x-api-key", ""),
+            ("cookie", "one"),
+        ] {
             assert!(!keys.admit(&headers(name, value)), "{name}: {value}");
         }
         assert!(!keys.admit(&HeaderMap::new()));

@@ -90,9 +90,22 @@ impl MetricConstructor<Histogram> for Buckets {
     }
 }
 
-const SECONDS: Buckets =
-    Buckets(&[0.000_1, 0.000_25, 0.000_5, 0.001, 0.002_5, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0]);
-const BYTES: Buckets = Buckets(&[256.0, 1024.0, 4096.0, 16384.0, 65536.0, 262_144.0, 1_048_576.0, 4_194_304.0, 16_777_216.0, 67_108_864.0]);
+const SECONDS: Buckets = Buckets(&[
+    0.000_1, 0.000_25, 0.000_5, 0.001, 0.002_5, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5,
+    5.0, 10.0, 30.0,
+]);
+const BYTES: Buckets = Buckets(&[
+    256.0,
+    1024.0,
+    4096.0,
+    16384.0,
+    65536.0,
+    262_144.0,
+    1_048_576.0,
+    4_194_304.0,
+    16_777_216.0,
+    67_108_864.0,
+]);
 
 type Histograms = Family<Route, Histogram, Buckets>;
 
@@ -158,9 +171,17 @@ impl Default for Metrics {
 
 impl OfRoute {
     /// One more answer.
-    pub fn answered(&self, metrics: &Metrics, method: &'static str, status: u16, seconds: f64, bytes: [u64; 2]) {
+    pub fn answered(
+        &self,
+        metrics: &Metrics,
+        method: &'static str,
+        status: u16,
+        seconds: f64,
+        bytes: [u64; 2],
+    ) {
         let counter = || {
-            let answered = Answered { route: self.route.route.clone(), method: method.into(), status };
+            let answered =
+                Answered { route: self.route.route.clone(), method: method.into(), status };
             metrics.requests.get_or_create(&answered).clone()
         };
         if (method, status) == ("POST", 200) {
@@ -182,18 +203,54 @@ impl Metrics {
         let help = "From the head of the request to the head of the answer";
         registry.register_with_unit("request_duration", help, Unit::Seconds, self.duration.clone());
         registry.register("requests_in_flight", "Requests being answered", self.in_flight.clone());
-        registry.register_with_unit("request_size", "Bodies received", Unit::Bytes, self.request_bytes.clone());
-        registry.register_with_unit("answer_size", "Answers", Unit::Bytes, self.answer_bytes.clone());
+        registry.register_with_unit(
+            "request_size",
+            "Bodies received",
+            Unit::Bytes,
+            self.request_bytes.clone(),
+        );
+        registry.register_with_unit(
+            "answer_size",
+            "Answers",
+            Unit::Bytes,
+            self.answer_bytes.clone(),
+        );
         registry.register("queue_depth", "Computations waiting for a worker", self.queued.clone());
         let help = "Until what waits and runs is expected to be computed";
-        registry.register_with_unit("expected_wait", help, Unit::Seconds, self.expected_wait.clone());
+        registry.register_with_unit(
+            "expected_wait",
+            help,
+            Unit::Seconds,
+            self.expected_wait.clone(),
+        );
         registry.register("computations_running", "Computations running", self.running.clone());
-        registry.register("shed", "Requests and connections refused because the service is full", self.shed.clone());
-        registry.register("computations_cancelled", "Computations stopped before their end", self.cancelled.clone());
-        registry.register("panics", "Panics; each costs its own request or line", self.panics.clone());
+        registry.register(
+            "shed",
+            "Requests and connections refused because the service is full",
+            self.shed.clone(),
+        );
+        registry.register(
+            "computations_cancelled",
+            "Computations stopped before their end",
+            self.cancelled.clone(),
+        );
+        registry.register(
+            "panics",
+            "Panics; each costs its own request or line",
+            self.panics.clone(),
+        );
         registry.register("connections", "Open connections", self.connections.clone());
-        registry.register("connections_closed", "Connections closed by the service", self.closed.clone());
-        registry.register_with_unit("held", "Memory of bodies and answers on their way", Unit::Bytes, self.held_bytes.clone());
+        registry.register(
+            "connections_closed",
+            "Connections closed by the service",
+            self.closed.clone(),
+        );
+        registry.register_with_unit(
+            "held",
+            "Memory of bodies and answers on their way",
+            Unit::Bytes,
+            self.held_bytes.clone(),
+        );
         let build = Info::new([
             ("version", env!("CARGO_PKG_VERSION")),
             ("target_arch", std::env::consts::ARCH),
@@ -207,7 +264,8 @@ impl Metrics {
         let is_operation = route.starts_with("/v1/");
         let route = Route { route: route.into() };
         let histogram = |of: &Histograms| of.get_or_create(&route).clone();
-        let sizes = is_operation.then(|| [histogram(&self.request_bytes), histogram(&self.answer_bytes)]);
+        let sizes =
+            is_operation.then(|| [histogram(&self.request_bytes), histogram(&self.answer_bytes)]);
         OfRoute { duration: histogram(&self.duration), sizes, good: OnceLock::new(), route }
     }
 

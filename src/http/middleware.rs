@@ -1,7 +1,7 @@
 //! What is done to every request before its route is looked for, and to every answer after.
 //!
-//! One function rather than a layer for each concern: a layer clones and boxes what it wraps, for every request anew, which cost more
-//! than computing a small answer.
+//! One function rather than a layer for each concern: a layer clones and boxes what it wraps, for
+//! every request anew, which cost more than computing a small answer.
 
 use std::convert::Infallible;
 use std::panic::AssertUnwindSafe;
@@ -37,9 +37,20 @@ struct Inside {
 
 impl Middleware {
     /// Around these routes; pages of these origins may call from a browser.
-    pub fn new(service: &Arc<Service>, cors_origins: &[HeaderValue], paths: impl Iterator<Item = String>, router: Router) -> Self {
+    pub fn new(
+        service: &Arc<Service>,
+        cors_origins: &[HeaderValue],
+        paths: impl Iterator<Item = String>,
+        router: Router,
+    ) -> Self {
         let observer = Observer::new(service, paths);
-        Middleware(Arc::new(Inside { service: service.clone(), observer, cors: cors(cors_origins), handlers: Handlers::all(), router }))
+        Middleware(Arc::new(Inside {
+            service: service.clone(),
+            observer,
+            cors: cors(cors_origins),
+            handlers: Handlers::all(),
+            router,
+        }))
     }
 }
 
@@ -74,7 +85,9 @@ impl Inside {
                     async move { Ok::<_, Infallible>(inside.route(request).await) }
                 });
                 // What few need is in a box, so that what all need is small to move.
-                Box::pin(cors.layer(route).oneshot(request)).await.unwrap_or_else(|never| match never {})
+                Box::pin(cors.layer(route).oneshot(request))
+                    .await
+                    .unwrap_or_else(|never| match never {})
             }
         };
         add_security_headers(response.headers_mut(), is_page);
@@ -87,24 +100,36 @@ impl Inside {
         if let Err(problem) = self.admit(&request) {
             return problem.into_response();
         }
-        // The documentation answers an unknown file in plain text; this service answers every error as a problem.
-        let page = request.uri().path().starts_with("/docs").then(|| (request.headers().clone(), request.uri().clone()));
+        // The documentation answers an unknown file in plain text; this service answers every error
+        // as a problem.
+        let page = request
+            .uri()
+            .path()
+            .starts_with("/docs")
+            .then(|| (request.headers().clone(), request.uri().clone()));
         let answered = AssertUnwindSafe(self.dispatch(request)).catch_unwind().await;
         let Ok(response) = answered else {
             self.service.metrics.panics.inc();
             return Problem::internal().into_response();
         };
         match page {
-            Some((headers, uri)) if response.status() == StatusCode::NOT_FOUND => crate::http::not_found(headers, uri).await,
+            Some((headers, uri)) if response.status() == StatusCode::NOT_FOUND => {
+                crate::http::not_found(headers, uri).await
+            }
             _ => response,
         }
     }
 
-    /// Operations are answered without the router, whose way of layers and boxes costs as much as a small computation.
+    /// Operations are answered without the router, whose way of layers and boxes costs as much as a
+    /// small computation.
     async fn dispatch(&self, request: Request) -> Response {
-        let handler = (request.method() == Method::POST).then(|| self.handlers.at(request.uri().path())).flatten();
+        let handler = (request.method() == Method::POST)
+            .then(|| self.handlers.at(request.uri().path()))
+            .flatten();
         let Some(handler) = handler else {
-            return Box::pin(self.router.clone().oneshot(request)).await.unwrap_or_else(|never| match never {});
+            return Box::pin(self.router.clone().oneshot(request))
+                .await
+                .unwrap_or_else(|never| match never {});
         };
         handler(self.service.clone(), request).await
     }
@@ -112,15 +137,21 @@ impl Inside {
     /// Operations and metrics ask for a key where keys are set; probes and documentation do not.
     fn admit(&self, request: &Request) -> Result<(), Problem> {
         let keys = &self.service.keys;
-        let open = !keys.are_required() || !matches!(request.uri().path(), path if path.starts_with("/v1/") || path == "/metrics");
-        if open || keys.admit(request.headers()) { Ok(()) } else { Err(unauthorized(request.headers())) }
+        let open = !keys.are_required()
+            || !matches!(request.uri().path(), path if path.starts_with("/v1/") || path == "/metrics");
+        if open || keys.admit(request.headers()) {
+            Ok(())
+        } else {
+            Err(unauthorized(request.headers()))
+        }
     }
 }
 
 fn unauthorized(headers: &HeaderMap) -> Problem {
     let given = headers.contains_key(header::AUTHORIZATION) || headers.contains_key("x-api-key");
     let what = if given { "the API key is not known" } else { "no API key was sent" };
-    let detail = format!("{what}; send a valid one as Authorization: Bearer KEY, or as X-Api-Key: KEY");
+    let detail =
+        format!("{what}; send a valid one as Authorization: Bearer KEY, or as X-Api-Key: KEY");
     Problem::new(Status::UNAUTHORIZED, "unauthorized", "An API key is needed", detail)
 }
 
@@ -146,9 +177,22 @@ fn cors(origins: &[HeaderValue]) -> Option<CorsLayer> {
         [only] if only == "*" => AllowOrigin::any(),
         several => AllowOrigin::list(several.iter().cloned()),
     };
-    let sent = ["content-type", "accept", "authorization", "x-api-key", "x-request-id", "traceparent", "tracestate"];
+    let sent = [
+        "content-type",
+        "accept",
+        "authorization",
+        "x-api-key",
+        "x-request-id",
+        "traceparent",
+        "tracestate",
+    ];
     let read = [observe::REQUEST_ID, header::RETRY_AFTER];
     let layer = CorsLayer::new().allow_origin(origin).allow_methods([Method::GET, Method::POST]);
     let two_hours = std::time::Duration::from_secs(7_200);
-    Some(layer.allow_headers(sent.map(HeaderName::from_static)).expose_headers(read).max_age(two_hours))
+    Some(
+        layer
+            .allow_headers(sent.map(HeaderName::from_static))
+            .expose_headers(read)
+            .max_age(two_hours),
+    )
 }

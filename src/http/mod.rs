@@ -25,7 +25,7 @@ pub mod traces;
 use std::sync::{Arc, OnceLock};
 
 use axum::Router;
-use axum::http::{HeaderMap, HeaderValue, Uri};
+use axum::http::{HeaderMap, HeaderValue, Method, Uri};
 use axum::response::Response;
 use axum::routing::get;
 use utoipa_axum::router::OpenApiRouter;
@@ -92,11 +92,25 @@ pub fn metrics_router(service: &Arc<Service>) -> Router {
 }
 
 async fn not_found(headers: HeaderMap, uri: Uri) -> Response {
-    let detail = format!("there is nothing at {}; the operations are listed at /docs and in /openapi.json", json::shortened(uri.path()));
+    let detail = format!(
+        "there is nothing at {}; the operations are listed at /docs and in /openapi.json",
+        json::shortened(uri.path())
+    );
     page::problem(&headers, Problem::new(Status::NOT_FOUND, "not_found", "Not found", detail))
 }
 
-async fn method_not_allowed(headers: HeaderMap, method: axum::http::Method) -> Response {
-    let detail = format!("{} is not allowed here; see the Allow header. Operations take POST", json::shortened(method.as_str()));
-    page::problem(&headers, Problem::new(Status::METHOD_NOT_ALLOWED, "method_not_allowed", "Method not allowed", detail))
+async fn method_not_allowed(headers: HeaderMap, method: Method) -> Response {
+    let detail = format!(
+        "{} is not allowed here; see the Allow header. Operations take POST",
+        json::shortened(method.as_str())
+    );
+    page::problem(
+        &headers,
+        Problem::new(
+            Status::METHOD_NOT_ALLOWED,
+            "method_not_allowed",
+            "Method not allowed",
+            detail,
+        ),
+    )
 }

@@ -34,7 +34,8 @@ impl RequestId {
 /// Counts, times and logs requests, and gives them ids.
 pub struct Observer {
     service: Arc<Service>,
-    /// The metrics of each route, looked up once: labels are strings, and a look-up for each request hashes them all.
+    /// The metrics of each route, looked up once: labels are strings, and a look-up for each
+    /// request hashes them all.
     routes: HashMap<String, OnceLock<OfRoute>>,
     ids: Ids,
 }
@@ -76,15 +77,20 @@ struct Ids {
 impl Ids {
     fn next(&self) -> HeaderValue {
         let number = u128::from(self.given.fetch_add(1, Ordering::Relaxed));
-        let id = Builder::from_random_bytes(self.start.wrapping_add(number).to_be_bytes()).into_uuid();
-        HeaderValue::from_str(id.hyphenated().encode_lower(&mut Uuid::encode_buffer())).unwrap_or(HeaderValue::from_static("none"))
+        let id =
+            Builder::from_random_bytes(self.start.wrapping_add(number).to_be_bytes()).into_uuid();
+        HeaderValue::from_str(id.hyphenated().encode_lower(&mut Uuid::encode_buffer()))
+            .unwrap_or(HeaderValue::from_static("none"))
     }
 }
 
 impl Observer {
     /// For a service with routes at these paths.
     pub fn new(service: &Arc<Service>, paths: impl Iterator<Item = String>) -> Self {
-        let routes = paths.chain([DOCS.into(), UNKNOWN.into()]).map(|path| (path, OnceLock::new())).collect();
+        let routes = paths
+            .chain([DOCS.into(), UNKNOWN.into()])
+            .map(|path| (path, OnceLock::new()))
+            .collect();
         let ids = Ids { start: Uuid::new_v4().as_u128(), given: AtomicU64::new(0) };
         Observer { service: service.clone(), routes, ids }
     }
@@ -93,7 +99,11 @@ impl Observer {
     pub fn begin(&self, request: &Request) -> Seen {
         let parent = Parent::of(request.headers());
         let method = known(request.method());
-        let span = self.service.traces.as_ref().map(|traces| traces.span(method, self.route(request.uri()).0, parent.as_ref()));
+        let span = self
+            .service
+            .traces
+            .as_ref()
+            .map(|traces| traces.span(method, self.route(request.uri()).0, parent.as_ref()));
         Seen {
             started: Instant::now(),
             _in_flight: InFlight::enter(&self.service.metrics.in_flight),
@@ -113,8 +123,15 @@ impl Observer {
         let (route, metrics) = self.route(&seen.uri);
         if let Some(metrics) = metrics {
             let metrics = metrics.get_or_init(|| self.service.metrics.of_route(route));
-            let (received, sent) = (seen.received.unwrap_or(0), response.body().size_hint().exact().unwrap_or(0));
-            metrics.answered(&self.service.metrics, seen.method, status.as_u16(), seconds, [received, sent]);
+            let (received, sent) =
+                (seen.received.unwrap_or(0), response.body().size_hint().exact().unwrap_or(0));
+            metrics.answered(
+                &self.service.metrics,
+                seen.method,
+                status.as_u16(),
+                seconds,
+                [received, sent],
+            );
         }
         if let Some(span) = &mut seen.span {
             span.end(status.as_u16());
@@ -136,7 +153,9 @@ const DOCS: &str = "/docs";
 
 /// The id the client gave, if it is fit to be logged.
 fn given_id(headers: &HeaderMap) -> Option<HeaderValue> {
-    let sane = |value: &&HeaderValue| (1..=128).contains(&value.len()) && value.as_bytes().iter().all(u8::is_ascii_graphic);
+    let sane = |value: &&HeaderValue| {
+        (1..=128).contains(&value.len()) && value.as_bytes().iter().all(u8::is_ascii_graphic)
+    };
     headers.get(&REQUEST_ID).filter(sane).cloned()
 }
 
@@ -156,16 +175,37 @@ impl Seen {
     fn log(&self, route: &str, status: StatusCode, seconds: f64) {
         let (request_id, method) = (self.id.to_str().unwrap_or(""), self.method);
         let of_span = self.span.as_ref().map(Span::trace_id);
-        let trace_id = of_span.as_deref().or(self.parent.as_ref().map(|parent| &*parent.trace_id)).unwrap_or_default();
+        let trace_id = of_span
+            .as_deref()
+            .or(self.parent.as_ref().map(|parent| &*parent.trace_id))
+            .unwrap_or_default();
         let path = beginning(self.uri.path());
         let status = status.as_u16();
         macro_rules! line {
             ($level:ident) => {
                 if tracing::enabled!(tracing::Level::$level) {
                     let (level, message) = (stringify!($level), "answered");
-                    let answered = Answered { level, message, request_id, trace_id, method, path, status, seconds };
+                    let answered = Answered {
+                        level,
+                        message,
+                        request_id,
+                        trace_id,
+                        method,
+                        path,
+                        status,
+                        seconds,
+                    };
                     if !answered.log() {
-                        tracing::event!(tracing::Level::$level, request_id, trace_id, method, path, status, seconds, "{message}");
+                        tracing::event!(
+                            tracing::Level::$level,
+                            request_id,
+                            trace_id,
+                            method,
+                            path,
+                            status,
+                            seconds,
+                            "{message}"
+                        );
                     }
                 }
             };

@@ -1,4 +1,5 @@
-//! What a browser sees where it did not ask for numbers: the first page, pages for what is not there, the icon.
+//! What a browser sees where it did not ask for numbers: the first page, pages for what is not
+//! there, the icon.
 
 use std::sync::LazyLock;
 
@@ -36,10 +37,16 @@ const INITIALIZER: &str = include_str!("page/swagger-initializer.js");
 
 /// What a browser shows at the address of the service; the picture is drawn by the service itself.
 static FIRST: LazyLock<String> = LazyLock::new(|| {
-    let [call, drawn] = [include_str!("../../openapi/examples/evaluate-cheng-figure-3.json"), render::EXAMPLES[0].body].map(str::trim);
+    let [call, drawn] = [
+        include_str!("../../openapi/examples/evaluate-cheng-figure-3.json"),
+        render::EXAMPLES[0].body,
+    ]
+    .map(str::trim);
     // Without its picture the page says the same.
-    let picture =
-        serde_json::from_str(drawn).ok().and_then(|request| Render::compute(&Context::default(), request).ok()).unwrap_or_default();
+    let picture = serde_json::from_str(drawn)
+        .ok()
+        .and_then(|request| Render::compute(&Context::default(), request).ok())
+        .unwrap_or_default();
     let body = format!(
         "<h1>Springline</h1>
 <p>Curves with shape parameters, over HTTP: curves a designer can bend without moving a control point.</p>
@@ -77,7 +84,8 @@ fn shown(mut response: Response) -> Response {
 }
 
 fn html(text: String) -> Response {
-    ([(header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8"))], text).into_response()
+    ([(header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8"))], text)
+        .into_response()
 }
 
 /// What this service is

@@ -33,7 +33,8 @@ pub enum Failure {
     Panicked,
 }
 
-/// A computation: it calls what it is given when it is done, and only then tells whoever waits. Capacity is free when the core is.
+/// A computation: it calls what it is given when it is done, and only then tells whoever waits.
+/// Capacity is free when the core is.
 struct Task(Box<Run>);
 
 /// What a worker calls, with what is to be called at the end of the computation.
@@ -43,7 +44,8 @@ type Run = dyn FnOnce(&dyn Fn()) + Send;
 #[derive(Debug)]
 struct Line {
     queue: Mutex<Queue<Task>>,
-    /// What times in the queue count from. Of the system's clock, which measures how long computations really take.
+    /// What times in the queue count from. Of the system's clock, which measures how long
+    /// computations really take.
     begun: std::time::Instant,
     metrics: Arc<Metrics>,
 }
@@ -89,7 +91,8 @@ impl Line {
         result
     }
 
-    /// Computes what is due first, if anything is left: every computation let in comes with one such call.
+    /// Computes what is due first, if anything is left: every computation let in comes with one
+    /// such call.
     fn work(&self) {
         let Some((ticket, cancel, Task(task))) = self.with(Queue::next) else { return };
         let done = || self.with(|queue, now| queue.done(ticket, !cancel.is_cancelled(), now));
@@ -104,8 +107,8 @@ impl Line {
 }
 
 impl Pool {
-    /// Starts the threads. At most `queue` computations wait, and where others wait one is let in only if it is expected to be done
-    /// within `patience`.
+    /// Starts the threads. At most `queue` computations wait, and where others wait one is let in
+    /// only if it is expected to be done within `patience`.
     ///
     /// # Errors
     /// The system has no threads to give.
@@ -116,9 +119,16 @@ impl Pool {
         limits: Limits,
         metrics: Arc<Metrics>,
     ) -> Result<Self, rayon::ThreadPoolBuildError> {
-        let threads = rayon::ThreadPoolBuilder::new().num_threads(workers).thread_name(|i| format!("compute-{i}")).build()?;
+        let threads = rayon::ThreadPoolBuilder::new()
+            .num_threads(workers)
+            .thread_name(|i| format!("compute-{i}"))
+            .build()?;
         let queue = Mutex::new(Queue::new(threads.current_num_threads(), queue, patience));
-        Ok(Pool { threads, limits, line: Arc::new(Line { queue, begun: std::time::Instant::now(), metrics }) })
+        Ok(Pool {
+            threads,
+            limits,
+            line: Arc::new(Line { queue, begun: std::time::Instant::now(), metrics }),
+        })
     }
 
     /// What a computation on this thread is held to: the limits, and nothing ends it.
@@ -155,11 +165,16 @@ impl Pool {
     ///
     /// # Errors
     /// As [`Pool::compute`].
-    pub async fn run<T: Send + 'static>(&self, deadline: Instant, job: impl FnOnce(&Context) -> T + Send + 'static) -> Result<T, Failure> {
+    pub async fn run<T: Send + 'static>(
+        &self,
+        deadline: Instant,
+        job: impl FnOnce(&Context) -> T + Send + 'static,
+    ) -> Result<T, Failure> {
         self.compute(Cost::other(), deadline, job).await
     }
 
-    /// Runs a computation on a thread of the pool. It is cancelled at the deadline, and when the future is dropped.
+    /// Runs a computation on a thread of the pool. It is cancelled at the deadline, and when the
+    /// future is dropped.
     ///
     /// # Errors
     /// No room, too late, or a panic.
@@ -178,7 +193,9 @@ impl Pool {
             // Nobody listens if the client has left.
             let _ = send.send(result);
         }));
-        self.line.with(|queue, now| queue.admit(cost, cancel.clone(), task, now)).map_err(|_| Failure::Full)?;
+        self.line
+            .with(|queue, now| queue.admit(cost, cancel.clone(), task, now))
+            .map_err(|_| Failure::Full)?;
         let mut guard = CancelOnDrop { cancel, line: &self.line, reason: Some(Reason::client) };
         let line = self.line.clone();
         self.threads.spawn(move || line.work());
@@ -200,7 +217,8 @@ mod tests {
     use super::*;
 
     fn pool(workers: usize, queue: usize) -> Pool {
-        Pool::start(workers, queue, Duration::from_secs(60), Limits::default(), Arc::default()).unwrap()
+        Pool::start(workers, queue, Duration::from_secs(60), Limits::default(), Arc::default())
+            .unwrap()
     }
 
     fn in_an_hour() -> Instant {
@@ -268,7 +286,10 @@ mod tests {
     #[tokio::test]
     async fn a_panic_is_a_failure_and_costs_no_thread() {
         let pool = pool(1, 0);
-        assert_eq!(pool.run(in_an_hour(), |_| panic!("on purpose")).await, Err::<(), _>(Failure::Panicked));
+        assert_eq!(
+            pool.run(in_an_hour(), |_| panic!("on purpose")).await,
+            Err::<(), _>(Failure::Panicked)
+        );
         until_free(&pool).await;
         assert_eq!(pool.run(in_an_hour(), |_| 7).await, Ok(7));
     }

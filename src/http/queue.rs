@@ -1,9 +1,10 @@
 //! Who is computed next, and who is let in: by expected time, not by heads.
 //!
-//! A computation is due when it has arrived plus `AGEING` times what it is expected to take, and the one due first is computed first: a
-//! short one passes long ones that came a little before it, and no one waits for those that come much later. One that finds all workers
-//! busy is let in where waiting and computing are expected to take a share of the deadline; the rest of it is room for those that pass
-//! and for what takes longer than expected.
+//! A computation is due when it has arrived plus `AGEING` times what it is expected to take, and
+//! the one due first is computed first: a short one passes long ones that came a little before it,
+//! and no one waits for those that come much later. One that finds all workers busy is let in where
+//! waiting and computing are expected to take a share of the deadline; the rest of it is room for
+//! those that pass and for what takes longer than expected.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -75,7 +76,15 @@ impl<T> Ord for Waiting<T> {
 impl<T> Queue<T> {
     /// For so many workers.
     pub fn new(workers: usize, most: usize, patience: Duration) -> Self {
-        Queue { workers, most, patience, waiting: BinaryHeap::new(), running: Vec::new(), rates: Rates::default(), number: 0 }
+        Queue {
+            workers,
+            most,
+            patience,
+            waiting: BinaryHeap::new(),
+            running: Vec::new(),
+            rates: Rates::default(),
+            number: 0,
+        }
     }
 
     /// How many wait.
@@ -97,7 +106,8 @@ impl<T> Queue<T> {
         now.saturating_add(self.rates.expected(cost).saturating_mul(AGEING))
     }
 
-    /// What is expected to be left of what runs. What takes longer than expected is expected to take as long again as it is late.
+    /// What is expected to be left of what runs. What takes longer than expected is expected to
+    /// take as long again as it is late.
     fn left(&self, running: &Running, now: Duration) -> Duration {
         self.rates.expected(&running.cost).abs_diff(now.saturating_sub(running.since))
     }
@@ -105,7 +115,11 @@ impl<T> Queue<T> {
     /// How long until a worker takes what is due then.
     fn wait(&self, due: Duration, now: Duration) -> Duration {
         let running = self.running.iter().map(|running| self.left(running, now));
-        let before = self.waiting.iter().filter(|waiting| waiting.due <= due).map(|waiting| self.rates.expected(&waiting.cost));
+        let before = self
+            .waiting
+            .iter()
+            .filter(|waiting| waiting.due <= due)
+            .map(|waiting| self.rates.expected(&waiting.cost));
         let all = running.chain(before).fold(Duration::ZERO, Duration::saturating_add);
         all / self.workers.max(1) as u32
     }
@@ -117,7 +131,10 @@ impl<T> Queue<T> {
 
     /// Whether one more of this cost would be let in.
     pub fn has_room(&self, cost: &Cost, now: Duration) -> bool {
-        let in_time = || self.wait(self.due(cost, now), now).saturating_add(self.rates.expected(cost)) <= self.patience;
+        let in_time = || {
+            self.wait(self.due(cost, now), now).saturating_add(self.rates.expected(cost))
+                <= self.patience
+        };
         self.idle() > 0 || (self.waiting.len() < self.most && in_time())
     }
 
@@ -125,12 +142,24 @@ impl<T> Queue<T> {
     ///
     /// # Errors
     /// No room: the task comes back.
-    pub fn admit(&mut self, cost: Cost, cancel: Cancellation, task: T, now: Duration) -> Result<(), T> {
+    pub fn admit(
+        &mut self,
+        cost: Cost,
+        cancel: Cancellation,
+        task: T,
+        now: Duration,
+    ) -> Result<(), T> {
         if !self.has_room(&cost, now) {
             return Err(task);
         }
         self.number += 1;
-        self.waiting.push(Waiting { due: self.due(&cost, now), number: self.number, cost, cancel, task });
+        self.waiting.push(Waiting {
+            due: self.due(&cost, now),
+            number: self.number,
+            cost,
+            cancel,
+            task,
+        });
         Ok(())
     }
 
@@ -152,12 +181,14 @@ impl<T> Queue<T> {
     /// Takes out what nobody waits for any more.
     pub fn clear(&mut self) -> Vec<T> {
         let all = std::mem::take(&mut self.waiting).into_vec();
-        let (gone, kept): (Vec<_>, Vec<_>) = all.into_iter().partition(|waiting| waiting.cancel.is_cancelled());
+        let (gone, kept): (Vec<_>, Vec<_>) =
+            all.into_iter().partition(|waiting| waiting.cancel.is_cancelled());
         self.waiting = kept.into();
         gone.into_iter().map(|waiting| waiting.task).collect()
     }
 
-    /// After how long it is worth asking again: when what is expected is within the share of the deadline.
+    /// After how long it is worth asking again: when what is expected is within the share of the
+    /// deadline.
     pub fn retry(&self, now: Duration) -> Duration {
         self.expected_wait(now).saturating_sub(self.patience)
     }
@@ -174,7 +205,12 @@ mod tests {
         Cost { work: 1e6 * milliseconds, ..Cost::other() }
     }
 
-    fn admit(queue: &mut Queue<&'static str>, milliseconds: f64, name: &'static str, now: Duration) -> bool {
+    fn admit(
+        queue: &mut Queue<&'static str>,
+        milliseconds: f64,
+        name: &'static str,
+        now: Duration,
+    ) -> bool {
         queue.admit(cost(milliseconds), Cancellation::default(), name, now).is_ok()
     }
 
@@ -208,7 +244,8 @@ mod tests {
         admit(&mut queue, 1.0, "soon after", SECOND);
         admit(&mut queue, 1.0, "after that", SECOND);
         admit(&mut queue, 1.0, "much later", 5 * SECOND);
-        let order: Vec<_> = std::iter::from_fn(|| queue.next(5 * SECOND)).map(|(.., name)| name).collect();
+        let order: Vec<_> =
+            std::iter::from_fn(|| queue.next(5 * SECOND)).map(|(.., name)| name).collect();
         assert_eq!(order, ["soon after", "after that", "long", "much later"]);
     }
 
@@ -232,7 +269,8 @@ mod tests {
             now += 100 * Duration::from_millis(1);
             queue.done(ticket, true, now);
         }
-        let count = (0..1_000).take_while(|_| admit(&mut queue, 1.0, "slower than thought", now)).count();
+        let count =
+            (0..1_000).take_while(|_| admit(&mut queue, 1.0, "slower than thought", now)).count();
         assert!((10..=11).contains(&count), "{count} of a tenth of a second each in a second");
     }
 
@@ -241,7 +279,10 @@ mod tests {
         let mut queue = Queue::new(1, 2, SECOND);
         let cancel = Cancellation::default();
         assert!(queue.admit(cost(1.0), cancel.clone(), "gone", Duration::ZERO).is_ok());
-        assert!(admit(&mut queue, 1.0, "stays", Duration::ZERO) && !admit(&mut queue, 1.0, "refused", Duration::ZERO));
+        assert!(
+            admit(&mut queue, 1.0, "stays", Duration::ZERO)
+                && !admit(&mut queue, 1.0, "refused", Duration::ZERO)
+        );
         cancel.cancel();
         assert_eq!(queue.clear(), ["gone"]);
         assert_eq!(queue.next(Duration::ZERO).unwrap().2, "stays");

@@ -26,10 +26,12 @@ impl Default for Rates {
 impl Rates {
     /// How long it is expected to take.
     pub fn expected(&self, cost: &Cost) -> Duration {
-        Duration::try_from_secs_f64(cost.work * self.0[cost.kind as usize].factor * 1e-9).unwrap_or(Duration::MAX / 1_000_000)
+        Duration::try_from_secs_f64(cost.work * self.0[cost.kind as usize].factor * 1e-9)
+            .unwrap_or(Duration::MAX / 1_000_000)
     }
 
-    /// How long it took. What was cut off took longer than that, and tells something only where it should have ended before.
+    /// How long it took. What was cut off took longer than that, and tells something only where it
+    /// should have ended before.
     pub fn learn(&mut self, cost: &Cost, took: Duration, is_whole: bool) {
         if !is_whole && took <= self.expected(cost) {
             return;
@@ -57,6 +59,10 @@ mod tests {
         assert!(expected > second * 9 / 10 && expected <= second, "{expected:?}");
         rates.learn(&cost, 10 * second, false);
         assert!(rates.expected(&cost) > 2 * second);
-        assert_eq!(rates.expected(&Cost::of_batch(20_000)), Duration::from_millis(1), "another kind");
+        assert_eq!(
+            rates.expected(&Cost::of_batch(20_000)),
+            Duration::from_millis(1),
+            "another kind"
+        );
     }
 }

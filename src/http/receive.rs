@@ -18,11 +18,13 @@ use crate::api::cost::Cost;
 use crate::api::memory::{NoRoom, Reservation};
 use crate::api::problem::{Problem, Status};
 
-/// A body up to this size is read without being counted against the budget, and parsed where it arrives.
+/// A body up to this size is read without being counted against the budget, and parsed where it
+/// arrives.
 pub const SMALL: usize = 16 * 1024;
 
-/// A body up to this size is read and thrown away when its request is refused, if it arrives within the time, so that the next
-/// request can come on the same connection: to open another costs more than that.
+/// A body up to this size is read and thrown away when its request is refused, if it arrives within
+/// the time, so that the next request can come on the same connection: to open another costs more
+/// than that.
 const DISCARDED: u64 = 256 * 1024;
 const DISCARDING: Duration = Duration::from_millis(5);
 
@@ -58,16 +60,23 @@ pub async fn receive(request: Request, service: &Service) -> Result<Received, Pr
     }
 }
 
-/// Reads a body that nobody wants, if that is soon done and the client does not wait to be asked for it.
+/// Reads a body that nobody wants, if that is soon done and the client does not wait to be asked
+/// for it.
 async fn discard(request: Request, declared: Option<u64>) {
-    if declared.is_some_and(|bytes| bytes <= DISCARDED) && !request.headers().contains_key(header::EXPECT) {
+    if declared.is_some_and(|bytes| bytes <= DISCARDED)
+        && !request.headers().contains_key(header::EXPECT)
+    {
         let mut body = request.into_body();
         let reading = async { while let Some(Ok(_)) = body.frame().await {} };
         let _ = timeout(DISCARDING, reading).await;
     }
 }
 
-async fn collect(mut body: Body, declared: Option<u64>, service: &Service) -> Result<Received, Problem> {
+async fn collect(
+    mut body: Body,
+    declared: Option<u64>,
+    service: &Service,
+) -> Result<Received, Problem> {
     let mut reservation = Reservation::of(&service.memory);
     let mut reserve = |bytes: usize| match bytes {
         ..=SMALL => Ok(()),
@@ -98,7 +107,12 @@ async fn collect(mut body: Body, declared: Option<u64>, service: &Service) -> Re
 }
 
 pub(super) fn incomplete() -> Problem {
-    Problem::new(Status::BAD_REQUEST, "unreadable_body", "The body could not be read", "the body ended before all of it arrived")
+    Problem::new(
+        Status::BAD_REQUEST,
+        "unreadable_body",
+        "The body could not be read",
+        "the body ended before all of it arrived",
+    )
 }
 
 pub(super) fn too_large(service: &Service) -> Problem {
@@ -107,6 +121,9 @@ pub(super) fn too_large(service: &Service) -> Problem {
 }
 
 pub(super) fn too_slow(service: &Service) -> Problem {
-    let detail = format!("the body did not arrive within {} s; send it faster, or in parts", service.body_time.as_secs_f64());
+    let detail = format!(
+        "the body did not arrive within {} s; send it faster, or in parts",
+        service.body_time.as_secs_f64()
+    );
     Problem::new(Status::REQUEST_TIMEOUT, "body_timeout", "The body took too long", detail)
 }

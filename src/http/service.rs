@@ -56,7 +56,8 @@ impl Service {
         let budget = Budget::new(config.memory.0, metrics.clone());
         let limits = config.limits().checked().map_err(|error| error.to_string())?;
         let patience = config.deadline.0 * config.queue_share / 100;
-        let pool = Pool::start(config.worker_count(), config.queue, patience, limits, metrics.clone());
+        let pool =
+            Pool::start(config.worker_count(), config.queue, patience, limits, metrics.clone());
         Ok(Arc::new(Service {
             pool: pool.map_err(|error| format!("cannot start the compute threads: {error}"))?,
             memory: budget.clone(),
@@ -81,7 +82,11 @@ impl Service {
 
     /// What an answer of an operation depends on beside the address and the body.
     pub fn vary(&self) -> HeaderValue {
-        HeaderValue::from_static(if self.compression { "accept, accept-encoding" } else { "accept" })
+        HeaderValue::from_static(if self.compression {
+            "accept, accept-encoding"
+        } else {
+            "accept"
+        })
     }
 
     /// Counts a panic that the client may see as an answer cut off, and logs what.

@@ -40,7 +40,8 @@ pub struct Source {
 /// How numbers are written.
 #[derive(Debug, Args)]
 pub struct Numbers {
-    /// `full`: numbers parse back to the same double; `single`: as in single precision; 1 to 17: so many significant digits
+    /// `full`: numbers parse back to the same double; `single`: as in single precision; 1 to 17: so
+    /// many significant digits
     #[arg(long, value_name = "DIGITS", default_value = "full", value_parser = precision)]
     precision: Precision,
     /// How points are written
@@ -105,7 +106,8 @@ fn all() -> impl Iterator<Item = Named> {
     TABLE.iter().map(Named)
 }
 
-/// A command for each operation; those with a slash in their name also as two words: `surfaces evaluate`.
+/// A command for each operation; those with a slash in their name also as two words: `surfaces
+/// evaluate`.
 pub fn commands() -> Vec<Command> {
     let mut api = http::openapi();
     let mut documented = |named: &Named| {
@@ -118,12 +120,14 @@ pub fn commands() -> Vec<Command> {
     for named in all() {
         let command = documented(&named);
         if let Some((first, second)) = named.0.name().split_once('/') {
-            let index = groups.iter().position(|group| group.get_name() == first).unwrap_or(groups.len());
+            let index =
+                groups.iter().position(|group| group.get_name() == first).unwrap_or(groups.len());
             if index == groups.len() {
                 let group = Command::new(first).about(format!("Operations on {first}")).hide(true);
                 groups.push(group.subcommand_required(true).arg_required_else_help(true));
             }
-            groups[index] = std::mem::take(&mut groups[index]).subcommand(command.clone().name(second));
+            groups[index] =
+                std::mem::take(&mut groups[index]).subcommand(command.clone().name(second));
         }
         commands.push(command);
     }
@@ -140,14 +144,20 @@ impl Named {
         let summary = operation.summary.clone().unwrap_or_default();
         let description = wrapped(operation.description.as_deref().unwrap_or(""));
         let source = Source::augment_args(Command::new(self.0.name()));
-        let command = if self.is_picture() { source } else { Spacing::augment_args(Numbers::augment_args(source)) };
+        let command = if self.is_picture() {
+            source
+        } else {
+            Spacing::augment_args(Numbers::augment_args(source))
+        };
         let long_about = format!("{summary}\n\n{description}");
         command.about(summary).long_about(long_about).after_help(self.example())
     }
 
     /// The shortest example, to be pasted into a shell.
     fn example(&self) -> String {
-        let Some(example) = self.0.examples.iter().min_by_key(|example| example.body.len()) else { return String::new() };
+        let Some(example) = self.0.examples.iter().min_by_key(|example| example.body.len()) else {
+            return String::new();
+        };
         let into = if self.is_picture() { " > picture.svg" } else { "" };
         format!(
             "Example: {}\n  echo '{}' | springline {}{into}\n\nThe fields of requests and answers: `springline openapi`, or /docs of a running service.\n\
@@ -229,9 +239,16 @@ pub fn batch(options: &Batch) -> ExitCode {
     match answer_batch(options) {
         Ok(tally) => {
             if !options.quiet {
-                eprintln!("{}", summary(tally, started.elapsed().as_secs_f64(), options.source.json));
+                eprintln!(
+                    "{}",
+                    summary(tally, started.elapsed().as_secs_f64(), options.source.json)
+                );
             }
-            if options.strict && tally.failed > 0 { ExitCode::from(REFUSED) } else { ExitCode::SUCCESS }
+            if options.strict && tally.failed > 0 {
+                ExitCode::from(REFUSED)
+            } else {
+                ExitCode::SUCCESS
+            }
         }
         Err(end) => end.told("batch", options.source.json),
     }
@@ -242,7 +259,9 @@ fn answer_batch(options: &Batch) -> Result<Tally, End> {
     let bar = bar(options.source.size());
     let counted = bar.clone();
     let output = BufWriter::with_capacity(1 << 20, stdout().lock());
-    let tally = offline::batch(input, output, options.numbers.format(), move |bytes| counted.inc(bytes as u64))?;
+    let tally = offline::batch(input, output, options.numbers.format(), move |bytes| {
+        counted.inc(bytes as u64)
+    })?;
     bar.finish_and_clear();
     Ok(tally)
 }
@@ -263,10 +282,15 @@ fn bar(total: Option<u64>) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let (bar, template) = match total {
-        Some(total) => (ProgressBar::new(total), "{wide_bar} {bytes} of {total_bytes}, {bytes_per_sec}, {eta} left"),
+        Some(total) => (
+            ProgressBar::new(total),
+            "{wide_bar} {bytes} of {total_bytes}, {bytes_per_sec}, {eta} left",
+        ),
         None => (ProgressBar::new_spinner(), "{spinner} {bytes}, {bytes_per_sec}"),
     };
-    bar.with_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()))
+    bar.with_style(
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
+    )
 }
 
 impl Source {
@@ -285,7 +309,15 @@ impl Source {
         };
         let unreadable = |error: &dyn std::fmt::Display| {
             let detail = format!("{}: {error}", path.display());
-            End::Problem(Box::new(Problem::new(Status::BAD_REQUEST, "unreadable_file", "The file cannot be read", detail)), USAGE)
+            End::Problem(
+                Box::new(Problem::new(
+                    Status::BAD_REQUEST,
+                    "unreadable_file",
+                    "The file cannot be read",
+                    detail,
+                )),
+                USAGE,
+            )
         };
         let file = File::open(path).map_err(|error| unreadable(&error))?;
         if file.metadata().is_ok_and(|about| about.is_dir()) {
@@ -324,7 +356,8 @@ impl From<io::Error> for End {
             return End::Closed;
         }
         let title = "Reading or writing failed";
-        let problem = Problem::new(Status::INTERNAL_SERVER_ERROR, "input_output", title, error.to_string());
+        let problem =
+            Problem::new(Status::INTERNAL_SERVER_ERROR, "input_output", title, error.to_string());
         End::Problem(Box::new(problem), REFUSED)
     }
 }
@@ -353,7 +386,11 @@ mod tests {
         let text = "word ".repeat(40);
         let lines: Vec<String> = wrapped(&text).lines().map(str::to_owned).collect();
         assert_eq!(lines.len(), 3);
-        assert!(lines.iter().all(|line| line.len() <= 90 && line.starts_with("word") && line.ends_with("word")));
+        assert!(
+            lines
+                .iter()
+                .all(|line| line.len() <= 90 && line.starts_with("word") && line.ends_with("word"))
+        );
         assert_eq!(lines.join(" "), text.trim());
     }
 }

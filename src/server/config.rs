@@ -1,4 +1,5 @@
-//! The settings, each declared once: flag, environment variable, key of the file, range and default.
+//! The settings, each declared once: flag, environment variable, key of the file, range and
+//! default.
 
 use std::ffi::OsString;
 use std::fmt;
@@ -16,7 +17,8 @@ use serde::{Serialize, Serializer};
 
 use crate::core::limits::{self, Limits};
 
-/// How the service runs. A flag goes before its environment variable, that before the file, that before the default.
+/// How the service runs. A flag goes before its environment variable, that before the file, that
+/// before the default.
 #[derive(Debug, Clone, Args, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Settings")]
@@ -27,7 +29,13 @@ pub struct Config {
     pub config: Option<PathBuf>,
 
     /// The address to listen on; port 0 takes any free port
-    #[arg(long, global = true, env = "SPRINGLINE_LISTEN", value_name = "ADDR", default_value = "127.0.0.1:8080")]
+    #[arg(
+        long,
+        global = true,
+        env = "SPRINGLINE_LISTEN",
+        value_name = "ADDR",
+        default_value = "127.0.0.1:8080"
+    )]
     pub listen: SocketAddr,
     /// An address of its own for /metrics, which the first then no longer answers
     #[arg(long, global = true, env = "SPRINGLINE_METRICS_LISTEN", value_name = "ADDR")]
@@ -37,11 +45,12 @@ pub struct Config {
     /// Computations that run at once; 0 takes the cores this process may use
     #[arg(long, global = true, env = "SPRINGLINE_WORKERS", value_name = "N", default_value = "0", value_parser = whole(0, 1_024))]
     pub workers: usize,
-    /// Computations that may wait for a worker, whatever they are expected to take; more are refused with 503
+    /// Computations that may wait for a worker, whatever they are expected to take; more are
+    /// refused with 503
     #[arg(long, global = true, env = "SPRINGLINE_QUEUE", value_name = "N", default_value = "1024", value_parser = whole(0, 1_000_000))]
     pub queue: usize,
-    /// Percent of the deadline that waiting and computing may be expected to take; what is expected to take longer, and would have to
-    /// wait, is refused with 503
+    /// Percent of the deadline that waiting and computing may be expected to take; what is expected
+    /// to take longer, and would have to wait, is refused with 503
     #[arg(long, global = true, env = "SPRINGLINE_QUEUE_SHARE", value_name = "PERCENT", default_value = "50", value_parser = clap::value_parser!(u32).range(1..=100))]
     pub queue_share: u32,
     /// Open connections; more are refused with 503
@@ -72,7 +81,8 @@ pub struct Config {
     #[arg(long, global = true, env = "SPRINGLINE_IDLE_TIME", value_name = "TIME", default_value = "75s", value_parser = time)]
     #[serde(serialize_with = "shown")]
     pub idle_time: Time,
-    /// Time after a signal to stop in which connections are still taken, so that load balancers can look away
+    /// Time after a signal to stop in which connections are still taken, so that load balancers can
+    /// look away
     #[arg(long, global = true, env = "SPRINGLINE_GRACE", value_name = "TIME", default_value = "5s", value_parser = time)]
     #[serde(serialize_with = "shown")]
     pub grace: Time,
@@ -108,15 +118,29 @@ pub struct Config {
     pub max_answer_points: usize,
 
     /// Keys of which a request must carry one, separated by commas; none: everybody may ask
-    #[arg(long, global = true, env = "SPRINGLINE_API_KEYS", value_name = "KEYS", hide_env_values = true, value_delimiter = ',')]
+    #[arg(
+        long,
+        global = true,
+        env = "SPRINGLINE_API_KEYS",
+        value_name = "KEYS",
+        hide_env_values = true,
+        value_delimiter = ','
+    )]
     #[serde(skip)]
     pub api_keys: Vec<String>,
     /// A file with such keys, one a line; read again when it changes
     #[arg(long, global = true, env = "SPRINGLINE_API_KEYS_FILE", value_name = "FILE")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub api_keys_file: Option<PathBuf>,
-    /// Origins whose pages may call from a browser, separated by commas; `*` for all; none: no page of another origin
-    #[arg(long, global = true, env = "SPRINGLINE_CORS_ORIGINS", value_name = "ORIGINS", value_delimiter = ',')]
+    /// Origins whose pages may call from a browser, separated by commas; `*` for all; none: no page
+    /// of another origin
+    #[arg(
+        long,
+        global = true,
+        env = "SPRINGLINE_CORS_ORIGINS",
+        value_name = "ORIGINS",
+        value_delimiter = ','
+    )]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cors_origins: Vec<String>,
     /// A PEM file with the certificate chain; with --tls-key the service speaks TLS
@@ -128,15 +152,34 @@ pub struct Config {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tls_key: Option<PathBuf>,
 
-    /// Whether answers are compressed, on the workers, for clients that ask; pays where the link is slow
-    #[arg(long, global = true, env = "SPRINGLINE_COMPRESSION", value_name = "WHETHER", default_value = "off")]
+    /// Whether answers are compressed, on the workers, for clients that ask; pays where the link is
+    /// slow
+    #[arg(
+        long,
+        global = true,
+        env = "SPRINGLINE_COMPRESSION",
+        value_name = "WHETHER",
+        default_value = "off"
+    )]
     pub compression: Compression,
 
     /// What to log: a level, or levels by module: `warn,springline=info`
-    #[arg(long, global = true, env = "SPRINGLINE_LOG", value_name = "FILTER", default_value = "info")]
+    #[arg(
+        long,
+        global = true,
+        env = "SPRINGLINE_LOG",
+        value_name = "FILTER",
+        default_value = "info"
+    )]
     pub log: String,
     /// How to log
-    #[arg(long, global = true, env = "SPRINGLINE_LOG_FORMAT", value_name = "FORMAT", default_value = "auto")]
+    #[arg(
+        long,
+        global = true,
+        env = "SPRINGLINE_LOG_FORMAT",
+        value_name = "FORMAT",
+        default_value = "auto"
+    )]
     pub log_format: LogFormat,
     /// Where to send traces by OTLP over HTTP: `http://collector:4318`
     #[arg(long, global = true, env = "SPRINGLINE_OTLP_ENDPOINT", value_name = "URL")]
@@ -195,7 +238,8 @@ fn whole(least: usize, most: usize) -> RangedU64ValueParser<usize> {
 }
 
 fn time(text: &str) -> Result<Time, String> {
-    let given = humantime::parse_duration(text).map_err(|error| format!("{error}; write 500ms, 10s, 1m"))?;
+    let given = humantime::parse_duration(text)
+        .map_err(|error| format!("{error}; write 500ms, 10s, 1m"))?;
     if given > Duration::from_secs(86_400) {
         return Err("at most 1d".into());
     }
@@ -203,14 +247,21 @@ fn time(text: &str) -> Result<Time, String> {
 }
 
 fn size(text: &str) -> Result<Size, String> {
-    let given = ByteSize::from_str(text).map_err(|error| format!("{error}; write 65536, 512KiB, 32MiB"))?;
-    usize::try_from(given.as_u64()).map(Size).map_err(|_| "more than this machine can address".into())
+    let given =
+        ByteSize::from_str(text).map_err(|error| format!("{error}; write 65536, 512KiB, 32MiB"))?;
+    usize::try_from(given.as_u64())
+        .map(Size)
+        .map_err(|_| "more than this machine can address".into())
 }
 
 fn body_size(text: &str) -> Result<Size, String> {
     let given = size(text)?;
     let most = limits::BODY_BYTES;
-    if (1_024..=most).contains(&given.0) { Ok(given) } else { Err(format!("allowed is 1KiB to {}", ByteSize::b(most as u64))) }
+    if (1_024..=most).contains(&given.0) {
+        Ok(given)
+    } else {
+        Err(format!("allowed is 1KiB to {}", ByteSize::b(most as u64)))
+    }
 }
 
 impl Config {
@@ -242,7 +293,8 @@ impl Config {
     }
 }
 
-/// The settings of a file as flags, to be parsed like flags: only those that neither a flag nor a variable has set.
+/// The settings of a file as flags, to be parsed like flags: only those that neither a flag nor a
+/// variable has set.
 ///
 /// # Errors
 /// A file that cannot be read, is not TOML, or has a key or a kind of value that is no setting.
@@ -256,9 +308,12 @@ pub fn flags_of_file(matches: &ArgMatches) -> Result<Vec<OsString>, String> {
         let id = key.replace('-', "_");
         let known = key != "config" && !key.contains('_') && matches.try_contains_id(&id).is_ok();
         if !known {
-            return Err(within(&format!("there is no setting `{key}`; `springline config` prints them all")));
+            return Err(within(&format!(
+                "there is no setting `{key}`; `springline config` prints them all"
+            )));
         }
-        let set = matches.value_source(&id).is_some_and(|source| source != ValueSource::DefaultValue);
+        let set =
+            matches.value_source(&id).is_some_and(|source| source != ValueSource::DefaultValue);
         if !set {
             let text = flag_text(value).map_err(|error| within(&format!("`{key}` {error}")))?;
             flags.push(format!("--{key}={text}").into());
@@ -272,7 +327,9 @@ fn flag_text(value: &toml::Value) -> Result<String, &'static str> {
     match value {
         Value::String(text) => Ok(text.clone()),
         Value::Integer(number) => Ok(number.to_string()),
-        Value::Array(items) => Ok(items.iter().map(flag_text).collect::<Result<Vec<_>, _>>()?.join(",")),
+        Value::Array(items) => {
+            Ok(items.iter().map(flag_text).collect::<Result<Vec<_>, _>>()?.join(","))
+        }
         _ => Err("is neither text, nor a whole number, nor a list of them"),
     }
 }
@@ -281,6 +338,8 @@ fn flag_text(value: &toml::Value) -> Result<String, &'static str> {
 pub fn unknown_variables(command: &clap::Command) -> Vec<String> {
     let known: Vec<_> = command.get_arguments().filter_map(|argument| argument.get_env()).collect();
     let named = std::env::vars_os().map(|(name, _)| name);
-    let ours = named.filter(|name| name.to_string_lossy().starts_with("SPRINGLINE_") && !known.contains(&name.as_os_str()));
+    let ours = named.filter(|name| {
+        name.to_string_lossy().starts_with("SPRINGLINE_") && !known.contains(&name.as_os_str())
+    });
     ours.map(|name| name.to_string_lossy().into_owned()).collect()
 }

@@ -30,8 +30,9 @@ use crate::server::config::Config;
 
 /// The largest head of a request. Of headers the parser allows 100.
 const HEAD_BYTES: usize = 32 * 1024;
-/// How long the rest of a request that was answered early is read and thrown away, so that the client reads its answer
-/// before it learns that the connection is closed: in all, and without a byte.
+/// How long the rest of a request that was answered early is read and thrown away, so that the
+/// client reads its answer before it learns that the connection is closed: in all, and without a
+/// byte.
 const LINGER: Duration = Duration::from_secs(5);
 const SILENCE: Duration = Duration::from_secs(1);
 /// How long a connection without a whole request holds up the end of the service.
@@ -55,7 +56,8 @@ impl Times {
             Phase::Head => Some((self.head, Reason::head)),
             Phase::Idle => Some((self.idle, Reason::idle)),
             Phase::Answer => Some((self.answer, Reason::answer)),
-            // The body and the computation have limits of their own; a stream goes on while both sides do.
+            // The body and the computation have limits of their own; a stream goes on while both
+            // sides do.
             Phase::Request | Phase::Stream => None,
         }
     }
@@ -130,10 +132,12 @@ impl Progress {
         }
     }
 
-    /// Counts and logs what neither a status nor a metric of the request tells: its answer may have begun.
+    /// Counts and logs what neither a status nor a metric of the request tells: its answer may have
+    /// begun.
     fn panicked(&self, metrics: &Metrics) {
         metrics.panics.inc();
-        let id = self.state().answered.clone().unwrap_or(RequestId(HeaderValue::from_static("none")));
+        let id =
+            self.state().answered.clone().unwrap_or(RequestId(HeaderValue::from_static("none")));
         id.log_panic("an answer on its way; the connection is closed");
     }
 
@@ -163,13 +167,31 @@ impl Progress {
 }
 
 /// What answers requests.
-pub trait App: tower::Service<Request<Body>, Response = Response<Body>, Error = Infallible, Future: Send> + Clone + Send + 'static {}
+pub trait App:
+    tower::Service<Request<Body>, Response = Response<Body>, Error = Infallible, Future: Send>
+    + Clone
+    + Send
+    + 'static
+{
+}
 
-impl<A: tower::Service<Request<Body>, Response = Response<Body>, Error = Infallible, Future: Send> + Clone + Send + 'static> App for A {}
+impl<
+    A: tower::Service<Request<Body>, Response = Response<Body>, Error = Infallible, Future: Send>
+        + Clone
+        + Send
+        + 'static,
+> App for A
+{
+}
 
 /// Serves a connection until it ends, is too slow, or the service stops.
-pub async fn serve<S>(stream: S, app: impl App, times: Times, mut stage: watch::Receiver<Stage>, metrics: &Metrics)
-where
+pub async fn serve<S>(
+    stream: S,
+    app: impl App,
+    times: Times,
+    mut stage: watch::Receiver<Stage>,
+    metrics: &Metrics,
+) where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
     let progress = Progress::new();
@@ -181,7 +203,9 @@ where
     let ended = loop {
         let drain = async {
             match draining {
-                None => stage.wait_for(|stage| *stage == Stage::Draining).await.map(drop).unwrap_or(()),
+                None => {
+                    stage.wait_for(|stage| *stage == Stage::Draining).await.map(drop).unwrap_or(())
+                }
                 Some(_) => std::future::pending().await,
             }
         };
@@ -190,7 +214,8 @@ where
             ended = run(&mut connection, &progress, &times, draining) => break ended,
             () = drain => {
                 draining = Some(Instant::now());
-                // A request may have arrived that nobody has read yet: a connection that waits for one does so for the time of parting.
+                // A request may have arrived that nobody has read yet: a connection that waits for
+                // one does so for the time of parting.
                 if !progress.is_waiting() {
                     Pin::new(&mut connection).graceful_shutdown();
                 }
@@ -214,7 +239,8 @@ where
 
 type Connection<S, A> = http1::Connection<TokioIo<Watched<S>>, Handler<A>>;
 
-/// Drives a connection to its end, or to a limit: the error is the reason, none if the client broke it off.
+/// Drives a connection to its end, or to a limit: the error is the reason, none if the client broke
+/// it off.
 async fn run<S, A: App>(
     connection: &mut Connection<S, A>,
     progress: &Progress,
@@ -228,14 +254,16 @@ where
     let far = || Instant::now() + Duration::from_secs(86_400);
     let mut alarm = pin!(sleep_until(deadline().map_or_else(far, |(when, _)| when)));
     poll_fn(|context| {
-        // Whatever panics while an answer is made or sent: a closed connection shows the client that it has not all of it.
+        // Whatever panics while an answer is made or sent: a closed connection shows the client
+        // that it has not all of it.
         let polled = catch_unwind(AssertUnwindSafe(|| Pin::new(&mut *connection).poll(context)));
         let Ok(polled) = polled else { return Poll::Ready(Err(Some(Reason::panic))) };
         // Ends when the last answer is sent, and says so to the client.
         if let Poll::Ready(ended) = polled {
             return Poll::Ready(ended.map_err(|_| None));
         }
-        // Phases change only while the connection is polled. An alarm that rings too early is set again.
+        // Phases change only while the connection is polled. An alarm that rings too early is set
+        // again.
         loop {
             let due = deadline();
             let when = due.map_or_else(far, |(when, _)| when);
@@ -246,7 +274,9 @@ where
                 return Poll::Pending;
             }
             match due {
-                Some((when, reason)) if when <= Instant::now() => return Poll::Ready(Err(Some(reason))),
+                Some((when, reason)) if when <= Instant::now() => {
+                    return Poll::Ready(Err(Some(reason)));
+                }
                 _ => alarm.as_mut().reset(when),
             }
         }
@@ -254,7 +284,8 @@ where
     .await
 }
 
-/// Says that no more will be sent, and reads on for a while: a socket closed with unread bytes in it takes the answer with it.
+/// Says that no more will be sent, and reads on for a while: a socket closed with unread bytes in
+/// it takes the answer with it.
 pub async fn linger<S: AsyncRead + AsyncWrite + Unpin>(stream: &mut S) -> io::Result<()> {
     stream.shutdown().await?;
     let mut thrown_away = vec![0; 16 * 1024];
@@ -269,7 +300,11 @@ struct Watched<S> {
 }
 
 impl<S: AsyncRead + Unpin> AsyncRead for Watched<S> {
-    fn poll_read(mut self: Pin<&mut Self>, context: &mut Context<'_>, buffer: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
         let before = buffer.filled().len();
         let polled = Pin::new(&mut self.stream).poll_read(context, buffer);
         if buffer.filled().len() > before {
@@ -283,7 +318,11 @@ impl<S: AsyncRead + Unpin> AsyncRead for Watched<S> {
 }
 
 impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
-    fn poll_write(mut self: Pin<&mut Self>, context: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
         let polled = Pin::new(&mut self.stream).poll_write(context, bytes);
         self.progress.note(&polled, false);
         polled
@@ -300,7 +339,11 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
         Pin::new(&mut self.stream).poll_shutdown(context)
     }
 
-    fn poll_write_vectored(mut self: Pin<&mut Self>, context: &mut Context<'_>, slices: &[io::IoSlice<'_>]) -> Poll<io::Result<usize>> {
+    fn poll_write_vectored(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        slices: &[io::IoSlice<'_>],
+    ) -> Poll<io::Result<usize>> {
         let polled = Pin::new(&mut self.stream).poll_write_vectored(context, slices);
         self.progress.note(&polled, false);
         polled
@@ -338,7 +381,9 @@ impl<A: App> Service<Request<Incoming>> for Handler<A> {
             progress.state().answered = response.headers().get(&REQUEST_ID).cloned().map(RequestId);
             // After a body that nobody reads, no further request can be told from its rest.
             if *stage.borrow() != Stage::Serving || progress.state().unread {
-                response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+                response
+                    .headers_mut()
+                    .insert(header::CONNECTION, HeaderValue::from_static("close"));
             }
             Ok(response.map(|body| Sent { body, progress }))
         })
@@ -355,7 +400,10 @@ impl http_body::Body for Arriving {
     type Data = Bytes;
     type Error = hyper::Error;
 
-    fn poll_frame(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, hyper::Error>>> {
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, hyper::Error>>> {
         let polled = Pin::new(&mut self.body).poll_frame(context);
         if self.body.is_end_stream() || matches!(polled, Poll::Ready(None)) {
             self.progress.state().unread = false;
@@ -388,7 +436,10 @@ impl http_body::Body for Sent {
     type Data = Bytes;
     type Error = axum::Error;
 
-    fn poll_frame(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
         Pin::new(&mut self.body).poll_frame(context)
     }
 

@@ -15,7 +15,9 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// The connection fails, times out, or is answered otherwise; or the service speaks TLS and has no other address.
 pub fn check(config: &Config) -> io::Result<()> {
     let plain = if config.tls_cert.is_none() { Some(config.listen) } else { config.metrics_listen };
-    let listen = plain.ok_or_else(|| io::Error::other("with TLS the check needs the setting `metrics-listen`, and asks there"))?;
+    let listen = plain.ok_or_else(|| {
+        io::Error::other("with TLS the check needs the setting `metrics-listen`, and asks there")
+    })?;
     let mut stream = TcpStream::connect_timeout(&reachable(listen), PATIENCE)?;
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;

@@ -19,10 +19,12 @@ use crate::http::metrics::{Metrics, Reason};
 use crate::http::service::Service;
 use crate::server::config::Config;
 
-/// Connections beyond the limit that are told so at the same time; others are closed without a word.
+/// Connections beyond the limit that are told so at the same time; others are closed without a
+/// word.
 const TURNED_AWAY: usize = 64;
 
-/// Connections that the system may have taken for us and that are still served when draining begins.
+/// Connections that the system may have taken for us and that are still served when draining
+/// begins.
 const WAITING: usize = 4_096;
 
 /// Takes connections on one address.
@@ -44,10 +46,26 @@ struct Host<A> {
 }
 
 impl<A: App> Listener<A> {
-    pub fn new(socket: TcpListener, app: A, tls: Option<TlsAcceptor>, service: &Service, config: &Config) -> Self {
+    pub fn new(
+        socket: TcpListener,
+        app: A,
+        tls: Option<TlsAcceptor>,
+        service: &Service,
+        config: &Config,
+    ) -> Self {
         let most = config.connections;
-        let (places, turned_away) = (Arc::new(Semaphore::new(most)), Arc::new(Semaphore::new(TURNED_AWAY)));
-        let host = Host { app, tls, metrics: service.metrics.clone(), times: Times::of(config), most, places, turned_away, full: full() };
+        let (places, turned_away) =
+            (Arc::new(Semaphore::new(most)), Arc::new(Semaphore::new(TURNED_AWAY)));
+        let host = Host {
+            app,
+            tls,
+            metrics: service.metrics.clone(),
+            times: Times::of(config),
+            most,
+            places,
+            turned_away,
+            full: full(),
+        };
         Listener { socket, host }
     }
 
@@ -72,7 +90,9 @@ impl<A: App> Listener<A> {
         // The system has connected them: closing the socket would break them off.
         if let Ok(socket) = socket.into_std() {
             let waiting = std::iter::from_fn(|| socket.accept().ok()).take(WAITING);
-            waiting.filter_map(|(stream, _)| adopt(stream).ok()).for_each(|stream| host.take(stream, &stage));
+            waiting
+                .filter_map(|(stream, _)| adopt(stream).ok())
+                .for_each(|stream| host.take(stream, &stage));
         }
         // Every place is free when every connection has ended.
         let all = u32::try_from(host.most).unwrap_or(u32::MAX);
@@ -110,8 +130,13 @@ impl<A: App> Host<A> {
     }
 
     /// Serves one connection to its end.
-    fn connection(&self, stream: TcpStream, stage: watch::Receiver<Stage>) -> impl Future<Output = ()> + use<A> {
-        let (app, tls, metrics, times) = (self.app.clone(), self.tls.clone(), self.metrics.clone(), self.times);
+    fn connection(
+        &self,
+        stream: TcpStream,
+        stage: watch::Receiver<Stage>,
+    ) -> impl Future<Output = ()> + use<A> {
+        let (app, tls, metrics, times) =
+            (self.app.clone(), self.tls.clone(), self.metrics.clone(), self.times);
         async move {
             metrics.connections.inc();
             match tls {
@@ -137,10 +162,14 @@ impl<A: App> Host<A> {
     }
 }
 
-/// After an error of accepting: some pass with the connection they belong to, others (no files left) with time.
+/// After an error of accepting: some pass with the connection they belong to, others (no files
+/// left) with time.
 async fn recover(error: &io::Error) {
     use io::ErrorKind as K;
-    if !matches!(error.kind(), K::ConnectionAborted | K::ConnectionReset | K::ConnectionRefused | K::Interrupted) {
+    if !matches!(
+        error.kind(),
+        K::ConnectionAborted | K::ConnectionReset | K::ConnectionRefused | K::Interrupted
+    ) {
         tracing::error!(%error, "cannot take connections");
         sleep(Duration::from_millis(100)).await;
     }
@@ -149,7 +178,8 @@ async fn recover(error: &io::Error) {
 /// What a client is told when there are too many; written once, as it may be told often.
 fn full() -> Bytes {
     // A struct of strings and numbers always serialises.
-    let body = serde_json::to_string(&Problem::overloaded("too many connections are open")).unwrap_or_default();
+    let body = serde_json::to_string(&Problem::overloaded("too many connections are open"))
+        .unwrap_or_default();
     let kind = "application/problem+json";
     let head = "HTTP/1.1 503 Service Unavailable\r\nconnection: close\r\nretry-after: 1\r\n";
     format!("{head}content-type: {kind}\r\ncontent-length: {}\r\n\r\n{body}", body.len()).into()

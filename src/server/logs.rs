@@ -13,7 +13,8 @@ use crate::server::config::LogFormat;
 
 /// So many bytes of lines wait to be written at most; a line beyond is lost.
 const MOST: usize = 8 << 20;
-/// How long a line waits for others that are written with it: waking a thread for each costs more than the line.
+/// How long a line waits for others that are written with it: waking a thread for each costs more
+/// than the line.
 const GATHER: Duration = Duration::from_millis(10);
 /// How long the end of the process waits for a reader that stands still.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -23,19 +24,28 @@ static JSON: OnceLock<Arc<Queue>> = OnceLock::new();
 
 /// Starts logging. The guard, when dropped, waits until all is written, but not for ever.
 ///
-/// Lines are written by a thread of their own, as many at once as there are: a reader of the log that stands still costs lines, not answers.
+/// Lines are written by a thread of their own, as many at once as there are: a reader of the log
+/// that stands still costs lines, not answers.
 ///
 /// # Errors
 /// A filter that makes no sense; no thread.
 pub fn start(filter: &str, format: LogFormat) -> Result<Guard, String> {
-    let filter = EnvFilter::builder().parse(filter).map_err(|error| format!("the setting `log`: {error}"))?;
+    let filter = EnvFilter::builder()
+        .parse(filter)
+        .map_err(|error| format!("the setting `log`: {error}"))?;
     let queue = Arc::new(Queue::default());
     let writing = queue.clone();
-    let spawned = thread::Builder::new().name("log".into()).spawn(move || writing.write_all_to(&mut stderr()));
+    let spawned = thread::Builder::new()
+        .name("log".into())
+        .spawn(move || writing.write_all_to(&mut stderr()));
     spawned.map_err(|error| format!("cannot start the thread of the log: {error}"))?;
     let (is_terminal, for_others) = (stderr().is_terminal(), queue.clone());
     let writer = move || Lines(for_others.clone());
-    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(writer).with_ansi(is_terminal).with_target(false);
+    let builder = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(writer)
+        .with_ansi(is_terminal)
+        .with_target(false);
     if format == LogFormat::Text || (format == LogFormat::Auto && is_terminal) {
         builder.init();
     } else {
@@ -97,7 +107,8 @@ impl Queue {
         let mut text = Vec::new();
         loop {
             let state = self.state();
-            let state = self.arrived.wait_while(state, |state| state.text.is_empty() && !state.ended);
+            let state =
+                self.arrived.wait_while(state, |state| state.text.is_empty() && !state.ended);
             let state = state.unwrap_or_else(PoisonError::into_inner);
             let gathered = self.arrived.wait_timeout_while(state, GATHER, |state| !state.ended);
             let mut state = gathered.unwrap_or_else(PoisonError::into_inner).0;
@@ -128,7 +139,8 @@ impl Write for Lines {
     }
 }
 
-/// The line of one answer; every request has one, so as JSON it is written without the detour of events and visitors.
+/// The line of one answer; every request has one, so as JSON it is written without the detour of
+/// events and visitors.
 #[derive(Serialize)]
 pub struct Answered<'a> {
     /// The level, in capitals.
@@ -188,17 +200,39 @@ mod tests {
 
     #[test]
     fn the_line_of_an_answer_is_what_the_subscriber_writes() {
-        let (request_id, trace_id, path, status, seconds) = ("a\"b\\c", "4bf9", "/v1/\u{1}ü\"", 200_u16, 1.25e-5);
+        let (request_id, trace_id, path, status, seconds) =
+            ("a\"b\\c", "4bf9", "/v1/\u{1}ü\"", 200_u16, 1.25e-5);
         let theirs = line(|queue| {
-            let builder = tracing_subscriber::fmt().with_writer(move || Lines(queue.clone())).with_target(false).json();
-            let subscriber = builder.flatten_event(true).with_current_span(false).with_span_list(false).finish();
+            let builder = tracing_subscriber::fmt()
+                .with_writer(move || Lines(queue.clone()))
+                .with_target(false)
+                .json();
+            let subscriber =
+                builder.flatten_event(true).with_current_span(false).with_span_list(false).finish();
             tracing::subscriber::with_default(subscriber, || {
                 let trace_id = trace_id.to_owned();
-                tracing::info!(request_id, trace_id, method = "POST", path, status, seconds, "answered");
+                tracing::info!(
+                    request_id,
+                    trace_id,
+                    method = "POST",
+                    path,
+                    status,
+                    seconds,
+                    "answered"
+                );
             });
         });
         let ours = line(|queue| {
-            let answered = Answered { level: "INFO", message: "answered", request_id, trace_id, method: "POST", path, status, seconds };
+            let answered = Answered {
+                level: "INFO",
+                message: "answered",
+                request_id,
+                trace_id,
+                method: "POST",
+                path,
+                status,
+                seconds,
+            };
             let mut line = Vec::new();
             answered.write(SystemTime::now(), &mut line);
             queue.push(&line);

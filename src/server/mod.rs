@@ -62,7 +62,13 @@ impl Server {
         let app = http::service(&service, &origins);
         let main = Listener::new(bind(config.listen)?, app, tls, &service, &config);
         let metrics = match config.metrics_listen {
-            Some(address) => Some(Listener::new(bind(address)?, http::metrics_router(&service), None, &service, &config)),
+            Some(address) => Some(Listener::new(
+                bind(address)?,
+                http::metrics_router(&service),
+                None,
+                &service,
+                &config,
+            )),
             None => None,
         };
         Ok(Server { service, config, main, metrics })
@@ -85,8 +91,9 @@ impl Server {
         Ok(format!("{scheme}://{}", self.address()?))
     }
 
-    /// Serves until told to stop, then: says that it is not ready, and serves on for the grace time; takes no more connections and
-    /// finishes what runs, for the drain time. A second signal ends it at once.
+    /// Serves until told to stop, then: says that it is not ready, and serves on for the grace
+    /// time; takes no more connections and finishes what runs, for the drain time. A second signal
+    /// ends it at once.
     pub async fn run(self, mut signals: Signals) {
         let (stage, follow) = watch::channel(Stage::Serving);
         let Server { service, config, main, metrics } = self;
@@ -113,20 +120,23 @@ impl Server {
             metrics.abort();
         }
         if service.traces.is_some() {
-            let flushed = tokio::task::spawn_blocking(move || service.traces.as_ref().map(crate::http::traces::Traces::flush));
+            let flushed = tokio::task::spawn_blocking(move || {
+                service.traces.as_ref().map(http::traces::Traces::flush)
+            });
             let _ = timeout(Duration::from_secs(5), flushed).await;
         }
     }
 }
 
-/// Connections that may wait to be taken. Beyond, the system drops their first packet, and the client sends it again a second later.
+/// Connections that may wait to be taken. Beyond, the system drops their first packet, and the
+/// client sends it again a second later.
 const BACKLOG: u32 = 4_096;
 
 fn bind(address: SocketAddr) -> Result<TcpListener, String> {
     let listening = || {
         let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
-        // A restart takes the address over while connections to the process before linger in the system. Elsewhere than on Unix the
-        // option means another thing.
+        // A restart takes the address over while connections to the process before linger in the
+        // system. Elsewhere than on Unix the option means another thing.
         #[cfg(unix)]
         socket.set_reuseaddr(true)?;
         socket.bind(address)?;
@@ -135,22 +145,33 @@ fn bind(address: SocketAddr) -> Result<TcpListener, String> {
     listening().map_err(|error: io::Error| format!("cannot listen on {address}: {error}"))
 }
 
-/// Origins as a browser sends them: scheme, host and port, nothing after. A slash at the end is left out, and said to be.
+/// Origins as a browser sends them: scheme, host and port, nothing after. A slash at the end is
+/// left out, and said to be.
 fn origins(given: &[String]) -> Result<Vec<HeaderValue>, String> {
     let checked = |text: &String| {
-        let refused = |what: &str| Err(format!("the setting `cors-origins`: {text} is no origin; {what}"));
+        let refused =
+            |what: &str| Err(format!("the setting `cors-origins`: {text} is no origin; {what}"));
         let example = "write https://example.com, or * alone";
         if text == "*" {
-            return if given.len() == 1 { Ok(HeaderValue::from_static("*")) } else { refused(example) };
+            return if given.len() == 1 {
+                Ok(HeaderValue::from_static("*"))
+            } else {
+                refused(example)
+            };
         }
-        let Some((scheme @ ("http" | "https"), rest)) = text.split_once("://") else { return refused(example) };
+        let Some((scheme @ ("http" | "https"), rest)) = text.split_once("://") else {
+            return refused(example);
+        };
         let host = rest.split(['/', '?', '#']).next().unwrap_or("");
         let origin = format!("{scheme}://{host}");
         match rest.strip_prefix(host) {
             _ if host.is_empty() || host.contains('*') => refused(example),
             Some("") => HeaderValue::from_str(&origin).or_else(|_| refused(example)),
             Some("/") => {
-                tracing::warn!(setting = "cors-origins", "{text} is taken as {origin}: an origin has no slash at its end");
+                tracing::warn!(
+                    setting = "cors-origins",
+                    "{text} is taken as {origin}: an origin has no slash at its end"
+                );
                 HeaderValue::from_str(&origin).or_else(|_| refused(example))
             }
             _ => refused(&format!("write {origin}, without what follows it")),

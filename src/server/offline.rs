@@ -1,4 +1,5 @@
-//! The operations without a server: from a file or standard input to standard output, with the same code and the same bytes.
+//! The operations without a server: from a file or standard input to standard output, with the same
+//! code and the same bytes.
 
 use std::io::{self, Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -60,8 +61,8 @@ fn too_large(what: &str) -> Problem {
 /// The answers to a part, when they are there.
 type Underway = Receiver<(Chunks, Tally)>;
 
-/// A batch: lines in, lines out, in the same order, over all cores, in constant memory. A line is answered as soon as it is read,
-/// whatever comes after it. `on_read` is told of the bytes read.
+/// A batch: lines in, lines out, in the same order, over all cores, in constant memory. A line is
+/// answered as soon as it is read, whatever comes after it. `on_read` is told of the bytes read.
 ///
 /// # Errors
 /// Input or output that fails. A line that fails has its problem in its place, and is counted.
@@ -88,7 +89,8 @@ pub fn batch(
     Ok(tally)
 }
 
-/// What comes next. Before waiting for it, what was written is sent off: whoever sends line by line waits for the answer.
+/// What comes next. Before waiting for it, what was written is sent off: whoever sends line by line
+/// waits for the answer.
 fn next<T>(receiver: &Receiver<T>, output: &mut impl Write) -> io::Result<Option<T>> {
     match receiver.try_recv() {
         Ok(ready) => Ok(Some(ready)),
@@ -98,7 +100,12 @@ fn next<T>(receiver: &Receiver<T>, output: &mut impl Write) -> io::Result<Option
 }
 
 /// Reads the batch and has its parts computed, until its end or until nobody takes them.
-fn read(mut input: impl Read, format: Format, parts: &SyncSender<io::Result<Underway>>, on_read: impl Fn(usize)) -> io::Result<()> {
+fn read(
+    mut input: impl Read,
+    format: Format,
+    parts: &SyncSender<io::Result<Underway>>,
+    on_read: impl Fn(usize),
+) -> io::Result<()> {
     let (budget, mut cutter) = (memory::unlimited(), Cutter::default());
     let mut piece = vec![0; PIECE];
     let hand_out = |part: Part, refusal: Option<Problem>| {
@@ -133,11 +140,18 @@ fn read(mut input: impl Read, format: Format, parts: &SyncSender<io::Result<Unde
 }
 
 /// Answers a part; a panic costs its lines, not the batch.
-fn compute(part: &Part, refusal: Option<Problem>, format: Format, budget: &Arc<dyn Memory>) -> (Chunks, Tally) {
+fn compute(
+    part: &Part,
+    refusal: Option<Problem>,
+    format: Format,
+    budget: &Arc<dyn Memory>,
+) -> (Chunks, Tally) {
     let answered = match refusal {
         Some(problem) => Err(problem),
-        None => catch_unwind(AssertUnwindSafe(|| part.tell(&Context::default(), format, MAX_DEPTH, budget)))
-            .unwrap_or_else(|_| Err(Problem::internal())),
+        None => catch_unwind(AssertUnwindSafe(|| {
+            part.tell(&Context::default(), format, MAX_DEPTH, budget)
+        }))
+        .unwrap_or_else(|_| Err(Problem::internal())),
     };
     answered.unwrap_or_else(|problem| {
         let lines = part.lines();

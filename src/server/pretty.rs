@@ -1,11 +1,14 @@
-//! JSON for people: the same text with spaces and lines between its parts. No number is read or written again.
+//! JSON for people: the same text with spaces and lines between its parts. No number is read or
+//! written again.
 
 /// Columns that a line should keep to.
 const WIDTH: usize = 100;
 
-/// Lays out compact JSON. What fits on the rest of a line stays on it; so do lists of numbers, however long.
+/// Lays out compact JSON. What fits on the rest of a line stays on it; so do lists of numbers,
+/// however long.
 pub fn pretty(compact: &[u8]) -> Vec<u8> {
-    let mut page = Page { text: compact, at: 0, out: Vec::with_capacity(2 * compact.len()), indent: 0 };
+    let mut page =
+        Page { text: compact, at: 0, out: Vec::with_capacity(2 * compact.len()), indent: 0 };
     while page.at < page.text.len() {
         page.part();
     }
@@ -71,10 +74,12 @@ impl Page<'_> {
     /// Whether the value up to here fits on the line, or is a list of plain values.
     fn fits(&self, end: usize) -> bool {
         let value = &self.text[self.at..end];
-        let start = self.out.iter().rposition(|byte| *byte == b'\n').map_or(0, |newline| newline + 1);
+        let start =
+            self.out.iter().rposition(|byte| *byte == b'\n').map_or(0, |newline| newline + 1);
         let spaces = value.iter().filter(|byte| matches!(byte, b',' | b':')).count();
         self.out.len() - start + value.len() + spaces <= WIDTH
-            || (value[0] == b'[' && !value[1..].iter().any(|byte| matches!(byte, b'[' | b'{' | b'"')))
+            || (value[0] == b'['
+                && !value[1..].iter().any(|byte| matches!(byte, b'[' | b'{' | b'"')))
     }
 
     fn on_one_line(&mut self, end: usize) {
@@ -126,7 +131,10 @@ mod tests {
 
     #[test]
     fn what_fits_stays_on_its_line() {
-        assert_eq!(laid_out(r#"{"a":[1.0,-2e-7],"b":"x,\"{:"}"#), r#"{"a": [1.0, -2e-7], "b": "x,\"{:"}"#);
+        assert_eq!(
+            laid_out(r#"{"a":[1.0,-2e-7],"b":"x,\"{:"}"#),
+            r#"{"a": [1.0, -2e-7], "b": "x,\"{:"}"#
+        );
         assert_eq!(laid_out("{}"), "{}");
         assert_eq!(laid_out("\"a:b\""), "\"a:b\"");
     }
@@ -135,8 +143,13 @@ mod tests {
     fn what_does_not_fit_is_laid_out_in_lines() {
         let point = format!("[{0},{0}]", "1".repeat(30));
         let spaced = point.replace(',', ", ");
-        let expected = format!("{{\n  \"points\": [\n    {spaced},\n    {spaced}\n  ],\n  \"closed\": false\n}}");
-        assert_eq!(laid_out(&format!("{{\"points\":[{point},{point}],\"closed\":false}}")), expected);
+        let expected = format!(
+            "{{\n  \"points\": [\n    {spaced},\n    {spaced}\n  ],\n  \"closed\": false\n}}"
+        );
+        assert_eq!(
+            laid_out(&format!("{{\"points\":[{point},{point}],\"closed\":false}}")),
+            expected
+        );
     }
 
     #[test]
@@ -148,7 +161,10 @@ mod tests {
     #[test]
     fn it_is_the_same_value() {
         let long = "y".repeat(90);
-        for text in [r#"{"a":{"b":[{"c":"\\"},[],{}]},"d":null}"#.to_owned(), format!(r#"["{long}","\"{long}",[["{long}"]]]"#)] {
+        for text in [
+            r#"{"a":{"b":[{"c":"\\"},[],{}]},"d":null}"#.to_owned(),
+            format!(r#"["{long}","\"{long}",[["{long}"]]]"#),
+        ] {
             let value = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
             assert_eq!(value(&laid_out(&text)), value(&text));
         }

@@ -21,12 +21,17 @@ pub fn cases(file: &str) -> Vec<Value> {
 
 /// A curve in the JSON of the API.
 pub fn parse(value: &Value) -> Dimensioned {
-    serde_json::from_value::<wire::Curve>(value.clone()).unwrap().parse(&Context::default()).unwrap()
+    serde_json::from_value::<wire::Curve>(value.clone())
+        .unwrap()
+        .parse(&Context::default())
+        .unwrap()
 }
 
 /// A plane curve in the JSON of the API.
 pub fn plane(value: &Value) -> Curve<2> {
-    let Dimensioned::Plane(curve) = parse(value) else { panic!("a plane curve was expected: {value}") };
+    let Dimensioned::Plane(curve) = parse(value) else {
+        panic!("a plane curve was expected: {value}")
+    };
     curve
 }
 
@@ -42,19 +47,27 @@ pub fn points<const D: usize>(value: &Value) -> Vec<Point<D>> {
     value.as_array().unwrap().iter().map(point).collect()
 }
 
-/// Runs a law on a fixed number of cases, the same ones every time; `PROPTEST_RNG_SEED` chooses others.
-/// A failure prints the smallest counterexample found and the seed.
+/// Runs a law on a fixed number of cases, the same ones every time; `PROPTEST_RNG_SEED` chooses
+/// others. A failure prints the smallest counterexample found and the seed.
 pub fn law<S: Strategy>(cases: u32, strategy: S, law: impl Fn(S::Value)) {
     let default = Config::default();
     let seed = if let RngSeed::Fixed(seed) = default.rng_seed { seed } else { 2021 };
-    let config = Config { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(seed), max_shrink_iters: 500, ..default };
+    let config = Config {
+        cases,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(seed),
+        max_shrink_iters: 500,
+        ..default
+    };
     let holds = |value| {
         law(value);
         Ok(())
     };
     match TestRunner::new(config).run(&strategy, holds) {
         Ok(()) => {}
-        Err(TestError::Fail(why, value)) => panic!("{why}\nsmallest counterexample: {value:?}\nseed: PROPTEST_RNG_SEED={seed}"),
+        Err(TestError::Fail(why, value)) => {
+            panic!("{why}\nsmallest counterexample: {value:?}\nseed: PROPTEST_RNG_SEED={seed}")
+        }
         Err(TestError::Abort(why)) => panic!("{why}\nseed: PROPTEST_RNG_SEED={seed}"),
     }
 }
@@ -64,12 +77,31 @@ pub fn at<const D: usize>(curve: &Curve<D>, parameters: &[f64]) -> Vec<Point<D>>
     if parameters.is_empty() {
         return vec![];
     }
-    evaluate(&Context::default(), curve, &Sampling::Parameters(parameters.to_vec()), 0, Quantities::default()).unwrap().points
+    evaluate(
+        &Context::default(),
+        curve,
+        &Sampling::Parameters(parameters.to_vec()),
+        0,
+        Quantities::default(),
+    )
+    .unwrap()
+    .points
 }
 
 /// `lists[k][i]`: derivative `k` at parameter `i`.
-pub fn jets<const D: usize>(curve: &Curve<D>, parameters: &[f64], orders: usize) -> Vec<Vec<Point<D>>> {
-    let samples = evaluate(&Context::default(), curve, &Sampling::Parameters(parameters.to_vec()), orders, Quantities::default()).unwrap();
+pub fn jets<const D: usize>(
+    curve: &Curve<D>,
+    parameters: &[f64],
+    orders: usize,
+) -> Vec<Vec<Point<D>>> {
+    let samples = evaluate(
+        &Context::default(),
+        curve,
+        &Sampling::Parameters(parameters.to_vec()),
+        orders,
+        Quantities::default(),
+    )
+    .unwrap();
     std::iter::once(samples.points).chain(samples.derivatives).collect()
 }
 
@@ -104,10 +136,14 @@ pub fn size<const D: usize>(curve: &Curve<D>) -> f64 {
 pub fn apart<const D: usize>(some: &[Point<D>], others: &[Point<D>]) -> f64 {
     assert_eq!(some.len(), others.len());
     let distance = |(p, q): (&Point<D>, &Point<D>)| (*p - *q).norm();
-    some.iter().zip(others).map(distance).fold(0.0, |worst, d| if d.is_nan() { f64::INFINITY } else { worst.max(d) })
+    some.iter()
+        .zip(others)
+        .map(distance)
+        .fold(0.0, |worst, d| if d.is_nan() { f64::INFINITY } else { worst.max(d) })
 }
 
-/// The largest distance between two curves at parameters inside every segment of both, and away from joints.
+/// The largest distance between two curves at parameters inside every segment of both, and away
+/// from joints.
 pub fn curves_apart<const D: usize>(one: &Curve<D>, other: &Curve<D>) -> f64 {
     let parameters = inner_parameters(&one.composite(&Context::default()).unwrap())
         .chain(inner_parameters(&other.composite(&Context::default()).unwrap()))
@@ -116,7 +152,9 @@ pub fn curves_apart<const D: usize>(one: &Curve<D>, other: &Curve<D>) -> f64 {
 }
 
 /// Five parameters inside each segment.
-pub fn inner_parameters<const D: usize>(composite: &Composite<D>) -> impl Iterator<Item = f64> + '_ {
+pub fn inner_parameters<const D: usize>(
+    composite: &Composite<D>,
+) -> impl Iterator<Item = f64> + '_ {
     let inside = move |(a, b): (f64, f64)| [0.07, 0.3, 0.5, 0.77, 0.98].map(|u| a + u * (b - a));
     (0..composite.breaks().segments()).flat_map(move |i| inside(composite.breaks().interval(i)))
 }

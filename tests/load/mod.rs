@@ -1,4 +1,5 @@
-//! A client that keeps its connection, what the system says about a process, and the table of figures.
+//! A client that keeps its connection, what the system says about a process, and the table of
+//! figures.
 #![allow(dead_code, reason = "shared by tests")]
 
 use std::fmt;
@@ -56,11 +57,22 @@ impl Client {
                 text => head.push(text.to_ascii_lowercase()),
             }
         }
-        let value = |name: &str| head.iter().find_map(|line| line.strip_prefix(name)?.strip_prefix(": "));
-        let status = head[0].split(' ').nth(1).and_then(|status| status.parse().ok()).ok_or(io::ErrorKind::InvalidData)?;
-        let mut body = vec![0; value("content-length").and_then(|length| length.parse().ok()).unwrap_or(0)];
+        let value =
+            |name: &str| head.iter().find_map(|line| line.strip_prefix(name)?.strip_prefix(": "));
+        let status = head[0]
+            .split(' ')
+            .nth(1)
+            .and_then(|status| status.parse().ok())
+            .ok_or(io::ErrorKind::InvalidData)?;
+        let mut body =
+            vec![0; value("content-length").and_then(|length| length.parse().ok()).unwrap_or(0)];
         self.0.read_exact(&mut body)?;
-        Ok(Reply { status, retry_after: value("retry-after").is_some(), closes: value("connection") == Some("close"), body })
+        Ok(Reply {
+            status,
+            retry_after: value("retry-after").is_some(),
+            closes: value("connection") == Some("close"),
+            body,
+        })
     }
 
     pub fn ask(&mut self, request: &[u8]) -> io::Result<Reply> {
@@ -95,7 +107,10 @@ pub fn latencies(address: &str, request: &[u8], stop: &AtomicBool) -> Vec<Durati
 /// The time that so many in a hundred do not exceed.
 pub fn percentile(times: &mut [Duration], percent: usize) -> Duration {
     times.sort_unstable();
-    times.get((times.len() * percent / 100).min(times.len().saturating_sub(1))).copied().unwrap_or_default()
+    times
+        .get((times.len() * percent / 100).min(times.len().saturating_sub(1)))
+        .copied()
+        .unwrap_or_default()
 }
 
 /// A process, as the system sees it.
@@ -109,7 +124,8 @@ impl Process {
 
     fn status(self, name: &str) -> u64 {
         let text = fs::read_to_string(format!("/proc/{}/status", self.0)).unwrap();
-        let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':')).unwrap();
+        let line =
+            text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':')).unwrap();
         line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() * 1024
     }
 
@@ -138,11 +154,24 @@ impl Process {
     /// Binds all its threads to these cores: `0-3`.
     pub fn pin(self, cores: &str) {
         let id = self.0.to_string();
-        assert!(Command::new("taskset").args(["-a", "-p", "-c", cores, &id]).stdout(Stdio::null()).status().unwrap().success());
+        assert!(
+            Command::new("taskset")
+                .args(["-a", "-p", "-c", cores, &id])
+                .stdout(Stdio::null())
+                .status()
+                .unwrap()
+                .success()
+        );
     }
 
     pub fn signal(self, name: &str) {
-        assert!(Command::new("kill").args([&format!("-{name}"), &self.0.to_string()]).status().unwrap().success());
+        assert!(
+            Command::new("kill")
+                .args([&format!("-{name}"), &self.0.to_string()])
+                .status()
+                .unwrap()
+                .success()
+        );
     }
 }
 
@@ -208,5 +237,9 @@ impl Report {
 
 /// A time as people write it.
 pub fn shown(time: Duration) -> String {
-    if time < Duration::from_secs(1) { format!("{:.2} ms", 1e3 * time.as_secs_f64()) } else { format!("{:.2} s", time.as_secs_f64()) }
+    if time < Duration::from_secs(1) {
+        format!("{:.2} ms", 1e3 * time.as_secs_f64())
+    } else {
+        format!("{:.2} s", time.as_secs_f64())
+    }
 }

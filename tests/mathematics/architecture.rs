@@ -43,8 +43,12 @@ fn the_core_imports_nothing_of_the_edge() {
     let files = sources(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src/core")));
     assert!(files.len() > 15, "found only {} files", files.len());
     let forbidden = |path: &PathBuf| {
-        let lines = code(path).into_iter().filter(|(_, line)| FORBIDDEN.iter().any(|word| line.contains(word)));
-        lines.map(|(number, line)| format!("{}:{number}: {}", path.display(), line.trim())).collect::<Vec<_>>()
+        let lines = code(path)
+            .into_iter()
+            .filter(|(_, line)| FORBIDDEN.iter().any(|word| line.contains(word)));
+        lines
+            .map(|(number, line)| format!("{}:{number}: {}", path.display(), line.trim()))
+            .collect::<Vec<_>>()
     };
     let found: Vec<_> = files.iter().flat_map(forbidden).collect();
     assert!(found.is_empty(), "{found:#?}");
@@ -62,11 +66,16 @@ fn the_core_has_no_way_to_panic_on_purpose() {
     assert!(found.is_empty(), "{found:#?}");
 }
 
-/// `arbitrary_precision` of serde_json breaks floats inside unions, and features unify across the tree.
+/// `arbitrary_precision` of serde_json breaks floats inside unions, and features unify across the
+/// tree.
 #[test]
 fn json_numbers_are_doubles() {
     let number: serde_json::Number = "0.1".parse().unwrap();
     assert_eq!(number.as_f64(), Some(0.1));
     let long = "0.1000000000000000055511151231257827";
-    assert_ne!(long.parse::<serde_json::Number>().unwrap().to_string(), long, "arbitrary_precision is on");
+    assert_ne!(
+        long.parse::<serde_json::Number>().unwrap().to_string(),
+        long,
+        "arbitrary_precision is on"
+    );
 }

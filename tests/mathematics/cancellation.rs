@@ -1,7 +1,9 @@
-//! A computation that nobody waits for any more ends soon, wherever it is: every operation at about its largest input.
+//! A computation that nobody waits for any more ends soon, wherever it is: every operation at about
+//! its largest input.
 //!
-//! Soon is counted in checkpoints, of which there are as many on any machine.
-//! `cargo test --release --test mathematics cancellation:: -- --ignored --nocapture` prints how far apart they are in time.
+//! Soon is counted in checkpoints, of which there are as many on any machine. `cargo test --release
+//! --test mathematics cancellation:: -- --ignored --nocapture` prints how far apart they are in
+//! time.
 
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
@@ -76,7 +78,8 @@ fn number(i: usize) -> f64 {
 fn walk(count: usize, noise: f64) -> Vec<P> {
     let at = |i: usize| {
         let t = i as f64 / count as f64;
-        Point([30.0 * t, (40.0 * t).sin(), (23.0 * t).cos()]) + Point([0, 1, 2].map(|k| noise * number(3 * i + k)))
+        Point([30.0 * t, (40.0 * t).sin(), (23.0 * t).cos()])
+            + Point([0, 1, 2].map(|k| noise * number(3 * i + k)))
     };
     (0..count).map(at).collect()
 }
@@ -99,7 +102,17 @@ fn even(count: usize) -> Breaks {
 }
 
 fn piecewise(bases: Bases, order: usize, segments: usize) -> Curve<3> {
-    Curve::Piecewise(Piecewise::new(&Context::default(), bases, order, even(segments), false, walk(segments * order + 1, 1e-3)).unwrap())
+    Curve::Piecewise(
+        Piecewise::new(
+            &Context::default(),
+            bases,
+            order,
+            even(segments),
+            false,
+            walk(segments * order + 1, 1e-3),
+        )
+        .unwrap(),
+    )
 }
 
 /// As many segments of order 64 as a curve can have, and all of them different.
@@ -115,7 +128,10 @@ fn long() -> Curve<3> {
 
 fn bspline(degree: usize, spans: usize) -> Curve<3> {
     let knots = (0..=spans + 2 * degree).map(|i| i as f64).collect();
-    Curve::BSpline(BSpline::new(&Context::default(), degree, knots, walk(spans + degree, 1e-3), false).unwrap())
+    Curve::BSpline(
+        BSpline::new(&Context::default(), degree, knots, walk(spans + degree, 1e-3), false)
+            .unwrap(),
+    )
 }
 
 fn single() -> Curve<3> {
@@ -123,13 +139,20 @@ fn single() -> Curve<3> {
 }
 
 fn patch() -> Surface {
-    let row = |i: usize| (0..65).map(|j| Point([i as f64, j as f64, 9.0 * number(65 * i + j)])).collect();
+    let row =
+        |i: usize| (0..65).map(|j| Point([i as f64, j as f64, 9.0 * number(65 * i + j)])).collect();
     Surface::new(&Context::default(), beta(0), beta(1), (0..65).map(row).collect()).unwrap()
 }
 
 fn fitting(points: Vec<P>, ends: Ends, parameter_correction: bool, solve: Solve<3>) -> Run {
     run(move |context| {
-        let options = Options { weights: None, parameters: Parameters::ChordLength, ends, parameter_correction, solve: solve.clone() };
+        let options = Options {
+            weights: None,
+            parameters: Parameters::ChordLength,
+            ends,
+            parameter_correction,
+            solve: solve.clone(),
+        };
         fit(context, points.clone(), options)
     })
 }
@@ -150,7 +173,10 @@ fn picture(curves: Vec<Curve<3>>, surfaces: Vec<Surface>) -> Run {
 }
 
 /// An operation as the service runs it, from the bytes of a request.
-fn request<Request, Answer>(body: String, operation: fn(&Context, Request) -> Result<Answer, Error>) -> Run
+fn request<Request, Answer>(
+    body: String,
+    operation: fn(&Context, Request) -> Result<Answer, Error>,
+) -> Run
 where
     Request: springline::api::json::Request + 'static,
     Answer: 'static,
@@ -172,7 +198,13 @@ const CASES: &[Case] = &[
     Case {
         name: "evaluate: 200,000 samples with frames, degree 64",
         prepare: || {
-            let all = Quantities { tangent: true, normal: true, curvature: true, torsion: true, speed: true };
+            let all = Quantities {
+                tangent: true,
+                normal: true,
+                curvature: true,
+                torsion: true,
+                speed: true,
+            };
             let curve = single();
             run(move |context| evaluate(context, &curve, &Sampling::Count(200_000), 2, all))
         },
@@ -181,21 +213,27 @@ const CASES: &[Case] = &[
         name: "evaluate: B-spline of degree 64 with 100,000 spans, 8 derivatives",
         prepare: || {
             let curve = bspline(64, 100_000);
-            run(move |context| evaluate(context, &curve, &Sampling::Count(100_000), 8, Quantities::default()))
+            run(move |context| {
+                evaluate(context, &curve, &Sampling::Count(100_000), 8, Quantities::default())
+            })
         },
     },
     Case {
         name: "evaluate: 6,249 bases of order 64",
         prepare: || {
             let curve = wide();
-            run(move |context| evaluate(context, &curve, &Sampling::Count(2), 0, Quantities::default()))
+            run(move |context| {
+                evaluate(context, &curve, &Sampling::Count(2), 0, Quantities::default())
+            })
         },
     },
     Case {
         name: "evaluate: by tolerance",
         prepare: || {
             let curve = wide();
-            run(move |context| evaluate(context, &curve, &Sampling::Tolerance(1e-7), 0, Quantities::default()))
+            run(move |context| {
+                evaluate(context, &curve, &Sampling::Tolerance(1e-7), 0, Quantities::default())
+            })
         },
     },
     Case {
@@ -238,7 +276,15 @@ const CASES: &[Case] = &[
         name: "interpolate: 100,000 points, as many bases",
         prepare: || {
             let points = walk(100_000, 1e-3);
-            run(move |context| interpolate(context, &points, EndConditions::Closed, different(100_000), &Parameterization::ChordLength))
+            run(move |context| {
+                interpolate(
+                    context,
+                    &points,
+                    EndConditions::Closed,
+                    different(100_000),
+                    &Parameterization::ChordLength,
+                )
+            })
         },
     },
     Case {
@@ -246,7 +292,15 @@ const CASES: &[Case] = &[
         prepare: || {
             let points = walk(100_000, 1e-3);
             let shape = EndConditions::Open(End::NotAKnot, End::NotAKnot);
-            run(move |context| interpolate(context, &points, shape, Bases::Common(bezier()), &Parameterization::ChordLength))
+            run(move |context| {
+                interpolate(
+                    context,
+                    &points,
+                    shape,
+                    Bases::Common(bezier()),
+                    &Parameterization::ChordLength,
+                )
+            })
         },
     },
     Case {
@@ -258,11 +312,25 @@ const CASES: &[Case] = &[
     },
     Case {
         name: "fit: 100,000 smooth points by tolerance",
-        prepare: || fitting(walk(100_000, 0.0), Ends::Free, false, Solve::Tolerance { basis: beta(0), tolerance: 1e-9 }),
+        prepare: || {
+            fitting(
+                walk(100_000, 0.0),
+                Ends::Free,
+                false,
+                Solve::Tolerance { basis: beta(0), tolerance: 1e-9 },
+            )
+        },
     },
     Case {
         name: "fit: 100,000 points, control points of order 40, corrected",
-        prepare: || fitting(walk(100_000, 1e-2), Ends::Interpolate, true, Solve::ControlPoints { basis: bezier(), order: 40 }),
+        prepare: || {
+            fitting(
+                walk(100_000, 1e-2),
+                Ends::Interpolate,
+                true,
+                Solve::ControlPoints { basis: bezier(), order: 40 },
+            )
+        },
     },
     Case {
         name: "fit: 100,000 points, shape of a beta-bezier of order 64",
@@ -274,13 +342,23 @@ const CASES: &[Case] = &[
     Case {
         name: "fit: 100,000 points, shape of a quasi-bezier of degree 40",
         prepare: || {
-            let solve = Solve::Shape { family: Family::Quasi { degree: 40 }, control_points: walk(41, 0.3) };
+            let solve = Solve::Shape {
+                family: Family::Quasi { degree: 40 },
+                control_points: walk(41, 0.3),
+            };
             fitting(walk(100_000, 1e-2), Ends::Free, true, solve)
         },
     },
     Case {
         name: "fit: 100,000 points, both, order 30 and degree 36",
-        prepare: || fitting(walk(100_000, 1e-2), Ends::Interpolate, true, Solve::Both { family: Family::Quasi { degree: 36 }, order: 30 }),
+        prepare: || {
+            fitting(
+                walk(100_000, 1e-2),
+                Ends::Interpolate,
+                true,
+                Solve::Both { family: Family::Quasi { degree: 36 }, order: 30 },
+            )
+        },
     },
     Case {
         name: "reshape: 6,249 bases of order 64, nothing kept",
@@ -292,22 +370,28 @@ const CASES: &[Case] = &[
     Case {
         name: "reshape: 6,249 bases of order 64, C1 kept",
         prepare: || {
-            let curve = convert(&Context::default(), &bspline(3, 6_249), bezier(), Some(64)).unwrap().curve;
+            let curve =
+                convert(&Context::default(), &bspline(3, 6_249), bezier(), Some(64)).unwrap().curve;
             run(move |context| reshape(context, &curve, different(6_249), Keep::C1))
         },
     },
     Case {
         name: "reshape: 80,000 bases of order 4, C1 kept",
         prepare: || {
-            let curve = convert(&Context::default(), &bspline(3, 80_000), bezier(), Some(4)).unwrap().curve;
+            let curve =
+                convert(&Context::default(), &bspline(3, 80_000), bezier(), Some(4)).unwrap().curve;
             run(move |context| reshape(context, &curve, different(80_000), Keep::C1))
         },
     },
     Case {
         name: "join: 1,000 curves of order 64, G2",
         prepare: || {
-            let curves: Vec<_> =
-                (0..1_000).map(|i| Single::new(&Context::default(), beta(i), walk(65, 0.1 + 1e-4 * i as f64)).unwrap()).collect();
+            let curves: Vec<_> = (0..1_000)
+                .map(|i| {
+                    Single::new(&Context::default(), beta(i), walk(65, 0.1 + 1e-4 * i as f64))
+                        .unwrap()
+                })
+                .collect();
             run(move |context| join(context, curves.clone(), Smoothness::G2, Movable::Both))
         },
     },
@@ -328,34 +412,49 @@ const CASES: &[Case] = &[
     Case {
         name: "continuity: 100,000 joints of degree 64",
         prepare: || {
-            let composite: Composite<3> = bspline(64, 100_000).composite(&Context::default()).unwrap();
+            let composite: Composite<3> =
+                bspline(64, 100_000).composite(&Context::default()).unwrap();
             run(move |context| continuity(context, &composite, false, Tolerance::default()))
         },
     },
-    Case { name: "basis functions: 15,000 samples of order 64", prepare: || run(|context| basis_functions(context, &beta(0), 64, 15_384)) },
+    Case {
+        name: "basis functions: 15,000 samples of order 64",
+        prepare: || run(|context| basis_functions(context, &beta(0), 64, 15_384)),
+    },
     Case {
         name: "surface evaluate: 400 x 400, second derivatives",
         prepare: || {
             let surface = patch();
-            let all = SurfaceQuantities { normal: true, mean_curvature: true, gaussian_curvature: true };
-            run(move |context| surface::evaluate(context, &surface, &Places::Grid(378, 377), 2, all))
+            let all =
+                SurfaceQuantities { normal: true, mean_curvature: true, gaussian_curvature: true };
+            run(move |context| {
+                surface::evaluate(context, &surface, &Places::Grid(378, 377), 2, all)
+            })
         },
     },
     Case {
         name: "surface subdivide: 90 pieces of degree 64",
         prepare: || {
             let surface = patch();
-            let cuts = |count: usize| (1..count).map(|i| i as f64 / count as f64).collect::<Vec<_>>();
-            run(move |context| surface::subdivide(context, &surface, &cuts(10), &cuts(9), Form::Auto))
+            let cuts =
+                |count: usize| (1..count).map(|i| i as f64 / count as f64).collect::<Vec<_>>();
+            run(move |context| {
+                surface::subdivide(context, &surface, &cuts(10), &cuts(9), Form::Auto)
+            })
         },
     },
     Case {
         name: "surface subdivide: 99,000 pieces of degree 1",
         prepare: || {
-            let net = [[0.0, 1.0], [2.0, 5.0]].map(|row| row.map(|z| Point([z, z * z, 1.0])).to_vec()).to_vec();
+            let net = [[0.0, 1.0], [2.0, 5.0]]
+                .map(|row| row.map(|z| Point([z, z * z, 1.0])).to_vec())
+                .to_vec();
             let surface = Surface::new(&Context::default(), bezier(), bezier(), net).unwrap();
-            let cuts = |count: usize| (1..count).map(|i| i as f64 / count as f64).collect::<Vec<_>>();
-            run(move |context| surface::subdivide(context, &surface, &cuts(330), &cuts(300), Form::Auto))
+            let cuts =
+                |count: usize| (1..count).map(|i| i as f64 / count as f64).collect::<Vec<_>>();
+            run(move |context| {
+                surface::subdivide(context, &surface, &cuts(330), &cuts(300), Form::Auto)
+            })
         },
     },
     Case {
@@ -364,7 +463,10 @@ const CASES: &[Case] = &[
             let surface = patch();
             // Vertices are in inverse proportion to the tolerance.
             let coarse = 1e3;
-            let tolerance = coarse * surface::tessellate(&Context::default(), &surface, coarse).unwrap().points.len() as f64 / 190_000.0;
+            let tolerance = coarse
+                * surface::tessellate(&Context::default(), &surface, coarse).unwrap().points.len()
+                    as f64
+                / 190_000.0;
             run(move |context| surface::tessellate(context, &surface, tolerance))
         },
     },
@@ -373,13 +475,18 @@ const CASES: &[Case] = &[
         prepare: || picture(vec![piecewise(Bases::Common(beta(0)), 20, 19_999)], Vec::new()),
     },
     Case { name: "render: 6,249 bases of order 64", prepare: || picture(vec![wide()], Vec::new()) },
-    Case { name: "render: 16 surfaces of degree 64", prepare: || picture(Vec::new(), (0..16).map(|_| patch()).collect()) },
+    Case {
+        name: "render: 16 surfaces of degree 64",
+        prepare: || picture(Vec::new(), (0..16).map(|_| patch()).collect()),
+    },
     Case {
         name: "request: 100,000 shape matrices of order 63",
         prepare: || {
             let basis = |i: usize| {
                 let zeros = ",0".repeat(62);
-                format!(r#"{{"family":"quasi-bezier","shape":{{"kind":"elevation","lambdas":[0.{i:06}{zeros}]}}}}"#)
+                format!(
+                    r#"{{"family":"quasi-bezier","shape":{{"kind":"elevation","lambdas":[0.{i:06}{zeros}]}}}}"#
+                )
             };
             let bases = joined((0..100_000).map(basis));
             let curve = r#"{"family":"bezier","control_points":[[0,0],[1,1]]}"#;
@@ -390,15 +497,24 @@ const CASES: &[Case] = &[
         name: "request: continuity of 50,000 beta-bezier curves of order 64",
         prepare: || {
             let points = joined((0..65).map(|i| format!("[{i},{}]", i % 7)));
-            let curve = |i: usize| format!(r#"{{"family":"beta-bezier","beta":{i},"control_points":[{points}]}}"#);
+            let curve = |i: usize| {
+                format!(r#"{{"family":"beta-bezier","beta":{i},"control_points":[{points}]}}"#)
+            };
             let curves = joined((0..50_000).map(curve));
-            request(format!(r#"{{"curves":[{curves}],"closed":true,"report":"summary"}}"#), ContinuityOperation::compute)
+            request(
+                format!(r#"{{"curves":[{curves}],"closed":true,"report":"summary"}}"#),
+                ContinuityOperation::compute,
+            )
         },
     },
     Case {
         name: "request: reading 1,500,000 points",
         prepare: || {
-            let points = joined(walk(15_000, 1e-3).into_iter().map(|p| format!("[{:.3},{:.4},{:.4}]", p[0], p[1], p[2])));
+            let points = joined(
+                walk(15_000, 1e-3)
+                    .into_iter()
+                    .map(|p| format!("[{:.3},{:.4},{:.4}]", p[0], p[1], p[2])),
+            );
             let points = joined((0..100).map(|_| points.clone()));
             request(format!(r#"{{"points":[{points}]}}"#), Interpolate::compute)
         },
@@ -421,9 +537,15 @@ struct Counted {
 
 /// Runs a case that is cancelled at this checkpoint, counted from 1; at none if it has not so many.
 fn cancelled_at(case: &Run, checkpoint: usize) -> Counted {
-    let passages = Arc::new(Mutex::new(Passages { passed: 0, last: Instant::now(), longest: Duration::ZERO, told: None }));
+    let passages = Arc::new(Mutex::new(Passages {
+        passed: 0,
+        last: Instant::now(),
+        longest: Duration::ZERO,
+        told: None,
+    }));
     let watched = passages.clone();
-    let context = Context::until(&Cancellation::when(move || watched.lock().unwrap().pass(checkpoint)));
+    let context =
+        Context::until(&Cancellation::when(move || watched.lock().unwrap().pass(checkpoint)));
     let started = Instant::now();
     let outcome = case(&context);
     let mut passages = passages.lock().unwrap();
@@ -472,10 +594,19 @@ fn a_cancelled_computation_ends_at_its_next_checkpoints() {
         for checkpoint in [1, LEAST / 2, 10 * LEAST] {
             let Counted { outcome, passed, .. } = cancelled_at(&computation, checkpoint);
             if passed < checkpoint {
-                assert!(outcome != Outcome::Cancelled && passed > LEAST, "{}: {outcome:?} after {passed} checkpoints", case.name);
+                assert!(
+                    outcome != Outcome::Cancelled && passed > LEAST,
+                    "{}: {outcome:?} after {passed} checkpoints",
+                    case.name
+                );
             } else {
                 assert_eq!(outcome, Outcome::Cancelled, "{}: at {checkpoint}", case.name);
-                assert!(passed <= checkpoint + most, "{}: went on for {} checkpoints", case.name, passed - checkpoint);
+                assert!(
+                    passed <= checkpoint + most,
+                    "{}: went on for {} checkpoints",
+                    case.name,
+                    passed - checkpoint
+                );
             }
         }
     }
@@ -485,7 +616,10 @@ fn a_cancelled_computation_ends_at_its_next_checkpoints() {
 #[ignore = "a measurement: run it optimised and alone"]
 fn how_soon_a_cancelled_computation_ends() {
     const MOMENTS: usize = 12;
-    println!("{:75} {:>11} {:>11} {:>14} {:>11}", "", "whole", "checkpoints", "furthest apart", "cancelled");
+    println!(
+        "{:75} {:>11} {:>11} {:>14} {:>11}",
+        "", "whole", "checkpoints", "furthest apart", "cancelled"
+    );
     for case in CASES {
         let computation = (case.prepare)();
         let whole = cancelled_at(&computation, usize::MAX);
@@ -494,6 +628,13 @@ fn how_soon_a_cancelled_computation_ends() {
         let latest = (0..MOMENTS).map(rest).max().unwrap_or_default();
         let ms = |time: Duration| format!("{:.1} ms", time.as_secs_f64() * 1e3);
         let refused = if whole.outcome == Outcome::Done { "" } else { " (refused)" };
-        println!("{:75} {:>11} {:>11} {:>14} {:>11}{refused}", case.name, ms(whole.whole), whole.passed, ms(whole.longest), ms(latest));
+        println!(
+            "{:75} {:>11} {:>11} {:>14} {:>11}{refused}",
+            case.name,
+            ms(whole.whole),
+            whole.passed,
+            ms(whole.longest),
+            ms(latest)
+        );
     }
 }

@@ -21,9 +21,13 @@ fn a_cubic_is_the_same_curve_in_every_basis_with_a_way_back() {
     law(200, cases, |(points, first, second)| {
         let curve = Curve::Single(Single::new(&Context::default(), first, points).unwrap());
         let converted = convert(&Context::default(), &curve, second, None).unwrap();
-        let (old, new) = (at(&curve, &even(&curve, 17)), at(&converted.curve, &even(&converted.curve, 17)));
+        let (old, new) =
+            (at(&curve, &even(&curve, 17)), at(&converted.curve, &even(&converted.curve, 17)));
         let apart = old.iter().zip(&new).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max);
-        assert!(apart <= 1e-14 * converted.condition * size(&curve).max(size(&converted.curve)), "{apart:e}");
+        assert!(
+            apart <= 1e-14 * converted.condition * size(&curve).max(size(&converted.curve)),
+            "{apart:e}"
+        );
     });
 }
 
@@ -48,7 +52,10 @@ fn raising_the_order_keeps_the_curve_and_lowering_is_refused() {
         let raised = convert(&Context::default(), &curve, bezier(), Some(order)).unwrap().curve;
         assert_eq!(raised.control_points().len(), order + 1);
         assert!(curves_apart(&curve, &raised) <= 1e-14 * size(&curve));
-        assert_eq!(convert(&Context::default(), &raised, bezier(), Some(3)).unwrap_err().place.to_string(), "/order");
+        assert_eq!(
+            convert(&Context::default(), &raised, bezier(), Some(3)).unwrap_err().place.to_string(),
+            "/order"
+        );
     });
 }
 
@@ -56,8 +63,21 @@ fn raising_the_order_keeps_the_curve_and_lowering_is_refused() {
 fn cuts_are_c2_joints_whatever_the_family() {
     law(150, (any::one_segment::<2>(2..6), 0.1f64..0.9), |(curve, fraction)| {
         let (a, b) = crate::laws::domain(&curve);
-        let cut = subdivide(&Context::default(), &curve, &Cuts::Parameters(vec![a + (b - a) * fraction]), Form::Bezier).unwrap().curve;
-        let report = continuity(&Context::default(), &cut.composite(&Context::default()).unwrap(), false, Tolerance::default()).unwrap();
+        let cut = subdivide(
+            &Context::default(),
+            &curve,
+            &Cuts::Parameters(vec![a + (b - a) * fraction]),
+            Form::Bezier,
+        )
+        .unwrap()
+        .curve;
+        let report = continuity(
+            &Context::default(),
+            &cut.composite(&Context::default()).unwrap(),
+            false,
+            Tolerance::default(),
+        )
+        .unwrap();
         assert_eq!(report.joints.len(), 1);
         assert_eq!(report.joints[0].parametric, Class::C2, "{report:?}");
     });
@@ -66,13 +86,30 @@ fn cuts_are_c2_joints_whatever_the_family() {
 #[test]
 fn curves_laid_end_to_end_meet_within_the_gap_allowed() {
     let line = |points: [[f64; 2]; 2]| {
-        Single::new(&Context::default(), bezier(), points.map(Point).to_vec()).unwrap().composite(&Context::default()).unwrap()
+        Single::new(&Context::default(), bezier(), points.map(Point).to_vec())
+            .unwrap()
+            .composite(&Context::default())
+            .unwrap()
     };
-    let laid = Composite::end_to_end(&Context::default(), &[line([[0.0, 0.0], [1.0, 0.0]]), line([[1.001, 0.0], [2.0, 0.0]])]).unwrap();
-    let class = |gap: f64| continuity(&Context::default(), &laid, false, Tolerance { gap, ..Tolerance::default() }).unwrap().class;
+    let laid = Composite::end_to_end(
+        &Context::default(),
+        &[line([[0.0, 0.0], [1.0, 0.0]]), line([[1.001, 0.0], [2.0, 0.0]])],
+    )
+    .unwrap();
+    let class = |gap: f64| {
+        continuity(&Context::default(), &laid, false, Tolerance { gap, ..Tolerance::default() })
+            .unwrap()
+            .class
+    };
     assert_eq!(class(0.0), Class::Discontinuous);
     assert_eq!(class(0.01), Class::G2);
-    assert!((continuity(&Context::default(), &laid, false, Tolerance::default()).unwrap().joints[0].position_gap - 0.001).abs() < 1e-15);
+    assert!(
+        (continuity(&Context::default(), &laid, false, Tolerance::default()).unwrap().joints[0]
+            .position_gap
+            - 0.001)
+            .abs()
+            < 1e-15
+    );
 }
 
 #[test]

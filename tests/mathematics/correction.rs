@@ -1,4 +1,5 @@
-//! Parameter correction, against a dense solver of its own, differences, and what is known of the data.
+//! Parameter correction, against a dense solver of its own, differences, and what is known of the
+//! data.
 
 use nalgebra::{DMatrix, DVector};
 use springline::core::basis::{Basis, Bezier};
@@ -37,8 +38,13 @@ fn naca(camber: usize, place: usize, thickness: usize, count: usize) -> Vec<P> {
 /// Points of a Bezier curve at uneven parameters, moved by noise except at the ends.
 fn hidden(order: usize, seed: usize, count: usize, noise: f64) -> (Vec<P>, Vec<f64>) {
     let polygon: Vec<_> = (0..=order).map(|i| Point([i as f64, 2.0 * number(seed + i)])).collect();
-    let u: Vec<f64> = (0..count).map(|i| i as f64 / (count - 1) as f64).map(|u| u * u * (1.8 - 0.8 * u)).collect();
-    let at = |t: f64| bernstein(order, t).iter().zip(&polygon).fold(Point::ZERO, |sum, (&b, &p)| sum + p * b);
+    let u: Vec<f64> = (0..count)
+        .map(|i| i as f64 / (count - 1) as f64)
+        .map(|u| u * u * (1.8 - 0.8 * u))
+        .collect();
+    let at = |t: f64| {
+        bernstein(order, t).iter().zip(&polygon).fold(Point::ZERO, |sum, (&b, &p)| sum + p * b)
+    };
     let moved = |i: usize| Point([number(seed + 31 * i), number(seed + 77 * i + 5)]) * noise;
     let off = |i: usize| if i == 0 || i == count - 1 { Point::ZERO } else { moved(i) };
     (u.iter().enumerate().map(|(i, &t)| at(t) + off(i)).collect(), u)
@@ -60,7 +66,13 @@ fn bernstein(order: usize, t: f64) -> Vec<f64> {
 
 fn options(order: usize, ends: Ends, parameter_correction: bool) -> Options<2> {
     let solve = Solve::ControlPoints { basis: Basis::Bezier(Bezier), order };
-    Options { weights: None, parameters: Parameters::ChordLength, ends, parameter_correction, solve }
+    Options {
+        weights: None,
+        parameters: Parameters::ChordLength,
+        ends,
+        parameter_correction,
+        solve,
+    }
 }
 
 fn polygon(fit: &Fit<2>) -> &[P] {
@@ -68,8 +80,8 @@ fn polygon(fit: &Fit<2>) -> &[P] {
     single.control_points()
 }
 
-/// Bezier curve and parameters together, by dense steps of Levenberg and Marquardt in all unknowns at
-/// once: no elimination, no solving in between, no second derivatives.
+/// Bezier curve and parameters together, by dense steps of Levenberg and Marquardt in all unknowns
+/// at once: no elimination, no solving in between, no second derivatives.
 struct Dense<'a> {
     points: &'a [P],
     order: usize,
@@ -83,7 +95,10 @@ impl Dense<'_> {
 
     fn residual(&self, t: &[f64], q: &[P]) -> DVector<f64> {
         let off = |i: usize| {
-            let at = bernstein(self.order, t[i]).iter().zip(q).fold(Point::ZERO, |sum, (&b, &p)| sum + p * b);
+            let at = bernstein(self.order, t[i])
+                .iter()
+                .zip(q)
+                .fold(Point::ZERO, |sum, (&b, &p)| sum + p * b);
             at - self.points[i]
         };
         DVector::from_iterator(2 * t.len(), (0..t.len()).flat_map(|i| off(i).0))
@@ -94,7 +109,8 @@ impl Dense<'_> {
         let mut jacobian = DMatrix::zeros(2 * t.len(), parameters.len() + 2 * polygon.len());
         for i in 0..t.len() {
             let lower = bernstein(self.order - 1, t[i]);
-            let steps = q.windows(2).zip(&lower).map(|(q, &b)| (q[1] - q[0]) * (b * self.order as f64));
+            let steps =
+                q.windows(2).zip(&lower).map(|(q, &b)| (q[1] - q[0]) * (b * self.order as f64));
             let tangent = steps.fold(Point::ZERO, |sum, v| sum + v);
             let basis = bernstein(self.order, t[i]);
             for a in 0..2 {
@@ -102,7 +118,8 @@ impl Dense<'_> {
                     jacobian[(2 * i + a, i - parameters.start)] = tangent[a];
                 }
                 for k in polygon.clone() {
-                    jacobian[(2 * i + a, parameters.len() + 2 * (k - polygon.start) + a)] = basis[k];
+                    jacobian[(2 * i + a, parameters.len() + 2 * (k - polygon.start) + a)] =
+                        basis[k];
                 }
             }
         }
@@ -119,9 +136,13 @@ impl Dense<'_> {
             let step = normal.cholesky().unwrap().solve(&right);
             let (mut next_t, mut next_q) = (t.clone(), q.clone());
             let (parameters, polygon) = (self.inner(t.len()), self.inner(q.len()));
-            parameters.clone().zip(step.iter()).for_each(|(i, s)| next_t[i] = (t[i] + s).clamp(0.0, 1.0));
+            parameters
+                .clone()
+                .zip(step.iter())
+                .for_each(|(i, s)| next_t[i] = (t[i] + s).clamp(0.0, 1.0));
             for (j, k) in polygon.enumerate() {
-                next_q[k] += Point([step[parameters.len() + 2 * j], step[parameters.len() + 2 * j + 1]]);
+                next_q[k] +=
+                    Point([step[parameters.len() + 2 * j], step[parameters.len() + 2 * j + 1]]);
             }
             let next = self.residual(&next_t, &next_q);
             if next.norm() < residual.norm() {
@@ -143,9 +164,15 @@ fn data() -> Vec<(String, Vec<P>)> {
         sets.push((format!("noisy Bezier of order {order}"), hidden(order, seed, 40, 0.02).0));
     }
     let spiral = |i: usize| i as f64 / 39.0 * 6.0;
-    sets.push(("spiral".into(), (0..40).map(spiral).map(|a| Point([a * a.cos(), a * a.sin()])).collect()));
+    sets.push((
+        "spiral".into(),
+        (0..40).map(spiral).map(|a| Point([a * a.cos(), a * a.sin()])).collect(),
+    ));
     let bell = |i: usize| i as f64 / 20.0 - 1.0;
-    sets.push(("bell".into(), (0..41).map(bell).map(|x| Point([x, 1.0 / (1.0 + 25.0 * x * x)])).collect()));
+    sets.push((
+        "bell".into(),
+        (0..41).map(bell).map(|x| Point([x, 1.0 / (1.0 + 25.0 * x * x)])).collect(),
+    ));
     sets
 }
 
@@ -154,29 +181,47 @@ fn no_dense_solver_finds_better() {
     for (name, points) in data() {
         for order in 3..=7 {
             for ends in [Ends::Interpolate, Ends::Free] {
-                let [plain, best] = [false, true].map(|on| fit(&Context::default(), points.clone(), options(order, ends, on)).unwrap());
+                let [plain, best] = [false, true].map(|on| {
+                    fit(&Context::default(), points.clone(), options(order, ends, on)).unwrap()
+                });
                 let dense = Dense { points: &points, order, ends };
                 let from_start = dense.descend(plain.parameters.clone(), polygon(&plain).to_vec());
                 let from_best = dense.descend(best.parameters.clone(), polygon(&best).to_vec());
-                let what = format!("{name}, order {order}, {ends:?}: {:e}, {:?}", best.error.rms, best.gradient);
+                let what = format!(
+                    "{name}, order {order}, {ends:?}: {:e}, {:?}",
+                    best.error.rms, best.gradient
+                );
                 assert!(best.error.rms <= plain.error.rms, "{what}");
-                assert!(best.error.rms <= 1.01 * from_start, "{what}, from the start {from_start:e}");
+                assert!(
+                    best.error.rms <= 1.01 * from_start,
+                    "{what}, from the start {from_start:e}"
+                );
                 assert!(best.error.rms <= 1.01 * from_best, "{what}, from there {from_best:e}");
             }
         }
     }
 }
 
-/// Feet, walked to downhill from the parameter before, and solves in turn: what correction used to be.
+/// Feet, walked to downhill from the parameter before, and solves in turn: what correction used to
+/// be.
 #[test]
 fn feet_and_solves_in_turn_find_no_better() {
     for (name, points) in data() {
         for order in [3, 5] {
-            let best = fit(&Context::default(), points.clone(), options(order, Ends::Interpolate, true)).unwrap();
-            let mut turn = fit(&Context::default(), points.clone(), options(order, Ends::Interpolate, false)).unwrap();
+            let best =
+                fit(&Context::default(), points.clone(), options(order, Ends::Interpolate, true))
+                    .unwrap();
+            let mut turn =
+                fit(&Context::default(), points.clone(), options(order, Ends::Interpolate, false))
+                    .unwrap();
             for _ in 0..60 {
                 let q = polygon(&turn).to_vec();
-                let at = |t: f64| bernstein(order, t).iter().zip(&q).fold(Point::ZERO, |sum, (&b, &p)| sum + p * b);
+                let at = |t: f64| {
+                    bernstein(order, t)
+                        .iter()
+                        .zip(&q)
+                        .fold(Point::ZERO, |sum, (&b, &p)| sum + p * b)
+                };
                 let foot = |(&start, &p): (&f64, &P)| {
                     let mut t = start;
                     for h in [1e-2, 1e-3, 1e-4, 1e-5] {
@@ -190,7 +235,10 @@ fn feet_and_solves_in_turn_find_no_better() {
                 };
                 let mut t: Vec<f64> = turn.parameters.iter().zip(&points).map(foot).collect();
                 (t[0], t[points.len() - 1]) = (0.0, 1.0);
-                let given = Options { parameters: Parameters::Values(t), ..options(order, Ends::Interpolate, false) };
+                let given = Options {
+                    parameters: Parameters::Values(t),
+                    ..options(order, Ends::Interpolate, false)
+                };
                 let Ok(next) = fit(&Context::default(), points.clone(), given) else { break };
                 turn = next;
                 assert!(best.error.rms <= turn.error.rms * (1.0 + 1e-9), "{name}, order {order}");
@@ -201,8 +249,11 @@ fn feet_and_solves_in_turn_find_no_better() {
 
 /// The weighted sum of squares of the best curve for given parameters.
 fn squares(points: &[P], weights: &[f64], parameters: &[f64], order: usize, ends: Ends) -> f64 {
-    let given =
-        Options { weights: Some(weights.to_vec()), parameters: Parameters::Values(parameters.to_vec()), ..options(order, ends, false) };
+    let given = Options {
+        weights: Some(weights.to_vec()),
+        parameters: Parameters::Values(parameters.to_vec()),
+        ..options(order, ends, false)
+    };
     let fit = fit(&Context::default(), points.to_vec(), given).unwrap();
     let q = polygon(&fit);
     let off = |(&t, &p): (&f64, &P)| {
@@ -236,7 +287,8 @@ fn a_converged_fit_is_stationary_by_differences() {
                     squares(&points, &weights, &t, 4, ends)
                 };
                 let (t, h) = (best.parameters[i], 1e-5);
-                // Differences of size h see the gradient up to the rounding and the third derivative of the sum.
+                // Differences of size h see the gradient up to the rounding and the third
+                // derivative of the sum.
                 let tiny = 1e-4 * whole;
                 match (ends, i) {
                     (Ends::Interpolate, 0) => {}
@@ -247,7 +299,10 @@ fn a_converged_fit_is_stationary_by_differences() {
                         let slope = (moved(h) - moved(-h)) / (2.0 * h);
                         let speed = (moved(h) + moved(-h) - 2.0 * whole).abs() / (h * h);
                         let cosine = slope / (speed * whole).sqrt();
-                        assert!(cosine.abs() < 1e-4 || slope.abs() < tiny, "{name} {ends:?} {i}: {slope:e} {cosine:e}");
+                        assert!(
+                            cosine.abs() < 1e-4 || slope.abs() < tiny,
+                            "{name} {ends:?} {i}: {slope:e} {cosine:e}"
+                        );
                     }
                 }
             }
@@ -261,11 +316,13 @@ fn a_curve_sampled_at_unknown_parameters_comes_back() {
     for order in 2..=6 {
         for ends in [Ends::Interpolate, Ends::Free] {
             let (points, u) = hidden(order, 40 * order, 50, 0.0);
-            let best = fit(&Context::default(), points.clone(), options(order, ends, true)).unwrap();
+            let best =
+                fit(&Context::default(), points.clone(), options(order, ends, true)).unwrap();
             assert!(best.error.max < 1e-8 && best.ordered, "{order} {ends:?}: {:?}", best.error);
             // At order 6 other parameters bring a curve as near as rounding tells.
             if ends == Ends::Interpolate && order < 6 {
-                let off = best.parameters.iter().zip(&u).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                let off =
+                    best.parameters.iter().zip(&u).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                 assert!(off < 1e-5, "{order}: parameters off by {off:e}");
             }
         }
@@ -276,9 +333,13 @@ fn a_curve_sampled_at_unknown_parameters_comes_back() {
 fn noise_is_fitted_no_worse_than_by_the_hidden_curve() {
     for order in 3..=6 {
         let (points, u) = hidden(order, 9 * order, 60, 0.01);
-        let known = Options { parameters: Parameters::Values(u), ..options(order, Ends::Interpolate, false) };
+        let known = Options {
+            parameters: Parameters::Values(u),
+            ..options(order, Ends::Interpolate, false)
+        };
         let known = fit(&Context::default(), points.clone(), known).unwrap();
-        let best = fit(&Context::default(), points, options(order, Ends::Interpolate, true)).unwrap();
+        let best =
+            fit(&Context::default(), points, options(order, Ends::Interpolate, true)).unwrap();
         assert!(best.error.rms < known.error.rms, "{order}: {:?} {:?}", best.error, known.error);
     }
 }
@@ -286,7 +347,8 @@ fn noise_is_fitted_no_worse_than_by_the_hidden_curve() {
 /// This airfoil stopped at 100 rounds with several times the distance it can have.
 #[test]
 fn an_airfoil_ends_at_its_minimum() {
-    let best = fit(&Context::default(), naca(4, 4, 12, 81), options(5, Ends::Interpolate, true)).unwrap();
+    let best =
+        fit(&Context::default(), naca(4, 4, 12, 81), options(5, Ends::Interpolate, true)).unwrap();
     assert!(best.converged && best.ordered, "{:?}", best.gradient);
     assert!(best.gradient_tolerance == Some(STATIONARY));
     assert!(best.error.rms < 4e-4, "{:?}", best.error);
@@ -295,42 +357,73 @@ fn an_airfoil_ends_at_its_minimum() {
 #[test]
 fn the_unit_and_the_place_of_the_data_do_not_matter() {
     let points = naca(2, 4, 12, 41);
-    let reference = fit(&Context::default(), points.clone(), options(4, Ends::Interpolate, true)).unwrap();
+    let reference =
+        fit(&Context::default(), points.clone(), options(4, Ends::Interpolate, true)).unwrap();
     for (scale, shift) in [(2f64.powi(400), 0.0), (2f64.powi(-400), 0.0), (1.0, 1024.0)] {
         let moved = points.iter().map(|&p| p * scale + Point([shift, -shift])).collect();
         let best = fit(&Context::default(), moved, options(4, Ends::Interpolate, true)).unwrap();
-        assert!((best.error.rms / scale / reference.error.rms - 1.0).abs() < 1e-6, "{scale:e} {shift}: {:?}", best.error);
+        assert!(
+            (best.error.rms / scale / reference.error.rms - 1.0).abs() < 1e-6,
+            "{scale:e} {shift}: {:?}",
+            best.error
+        );
         assert!(best.converged, "{scale:e} {shift}: {:?}", best.gradient);
     }
 }
 
 #[test]
 fn many_points_take_the_start_that_few_of_them_show() {
-    let few = fit(&Context::default(), naca(4, 4, 12, 81), options(5, Ends::Interpolate, true)).unwrap();
-    let many = fit(&Context::default(), naca(4, 4, 12, 4_001), options(5, Ends::Interpolate, true)).unwrap();
+    let few =
+        fit(&Context::default(), naca(4, 4, 12, 81), options(5, Ends::Interpolate, true)).unwrap();
+    let many = fit(&Context::default(), naca(4, 4, 12, 4_001), options(5, Ends::Interpolate, true))
+        .unwrap();
     assert!(many.converged && many.ordered);
     assert!((many.error.rms / few.error.rms - 1.0).abs() < 0.1, "{:?} {:?}", many.error, few.error);
 }
 
 #[test]
 fn shapes_are_found_with_their_parameters() {
-    let control_points = vec![Point([0.0, 0.0]), Point([1.0, 3.0]), Point([4.0, 3.0]), Point([5.0, 0.0])];
+    let control_points =
+        vec![Point([0.0, 0.0]), Point([1.0, 3.0]), Point([4.0, 3.0]), Point([5.0, 0.0])];
     for family in [Family::Beta, Family::AlphaBeta, Family::Quasi { degree: 5 }] {
         for ends in [Ends::Free, Ends::Interpolate] {
-            let pulled = [control_points[0], Point([0.6, 1.8]), Point([4.4, 1.8]), control_points[3]];
+            let pulled =
+                [control_points[0], Point([0.6, 1.8]), Point([4.4, 1.8]), control_points[3]];
             let u = (0..30).map(|i| f64::from(i) / 29.0).map(|u| u * u);
-            let at = |t: f64| bernstein(3, t).iter().zip(&pulled).fold(Point::ZERO, |sum, (&b, &p)| sum + p * b);
-            let noise = |i: usize| if i == 0 || i == 29 { Point::ZERO } else { Point([number(i), number(i + 40)]) * 0.03 };
+            let at = |t: f64| {
+                bernstein(3, t).iter().zip(&pulled).fold(Point::ZERO, |sum, (&b, &p)| sum + p * b)
+            };
+            let noise = |i: usize| {
+                if i == 0 || i == 29 {
+                    Point::ZERO
+                } else {
+                    Point([number(i), number(i + 40)]) * 0.03
+                }
+            };
             let points: Vec<_> = u.enumerate().map(|(i, t)| at(t) + noise(i)).collect();
             let run = |parameter_correction| {
                 let solve = Solve::Shape { family, control_points: control_points.clone() };
-                fit(&Context::default(), points.clone(), Options { ends, solve, ..options(3, ends, parameter_correction) }).unwrap()
+                fit(
+                    &Context::default(),
+                    points.clone(),
+                    Options { ends, solve, ..options(3, ends, parameter_correction) },
+                )
+                .unwrap()
             };
             let (plain, best) = (run(false), run(true));
-            assert!(best.error.rms < plain.error.rms, "{family:?} {ends:?}: {:?} {:?}", plain.error, best.error);
+            assert!(
+                best.error.rms < plain.error.rms,
+                "{family:?} {ends:?}: {:?} {:?}",
+                plain.error,
+                best.error
+            );
             // The hidden curve is of this family, and the noise is its distance.
             let spread = ((0..30).map(|i| noise(i).dot(noise(i))).sum::<f64>() / 30.0).sqrt();
-            assert!(family == Family::Beta || best.error.rms < spread, "{family:?} {ends:?}: {spread} {:?}", best.error);
+            assert!(
+                family == Family::Beta || best.error.rms < spread,
+                "{family:?} {ends:?}: {spread} {:?}",
+                best.error
+            );
             assert!(best.converged, "{family:?} {ends:?}: {:?}", best.gradient);
         }
     }

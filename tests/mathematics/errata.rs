@@ -2,7 +2,9 @@
 
 use crate::laws::{any, apart, curves_apart, jets, law, single};
 use proptest::collection::vec;
-use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, ShapeMatrix, ShapeParameters};
+use springline::core::basis::{
+    AlphaBeta, Basis, Beta, Bezier, Quasi, ShapeMatrix, ShapeParameters,
+};
 use springline::core::bezier_form::split;
 use springline::core::context::Context;
 use springline::core::continuity::{Class, Report, Tolerance, continuity};
@@ -28,7 +30,14 @@ fn quasi(rows: Vec<Vec<f64>>) -> Basis {
 }
 
 fn closed_through(points: &[Point<2>], bases: Bases) -> Interpolant<2> {
-    interpolate(&Context::default(), points, EndConditions::Closed, bases, &Parameterization::Uniform).unwrap()
+    interpolate(
+        &Context::default(),
+        points,
+        EndConditions::Closed,
+        bases,
+        &Parameterization::Uniform,
+    )
+    .unwrap()
 }
 
 fn betas() -> impl proptest::strategy::Strategy<Value = Vec<f64>> {
@@ -37,7 +46,8 @@ fn betas() -> impl proptest::strategy::Strategy<Value = Vec<f64>> {
 
 // ---- 1: mixed betas, Cheng et al. eq. (15)
 
-/// The bracket of eq. (15) at the joint `p[3]`, for the segment that ends there; the derivative but for a factor.
+/// The bracket of eq. (15) at the joint `p[3]`, for the segment that ends there; the derivative but
+/// for a factor.
 fn bracket(p: [Point<2>; 4], b: f64) -> Point<2> {
     let a = b / (1.0 + b);
     (p[3] - p[2]) * 3.0 + (p[3] - p[1]) * (3.0 * a) + (p[3] - p[0]) * (2.0 * a * b)
@@ -54,16 +64,24 @@ fn sides_of_equation_15(curve: &Piecewise<2>, betas: &[f64], segment: usize) -> 
 #[test]
 fn equation_15_holds_with_a_factor_that_the_paper_leaves_out() {
     law(60, (any::points::<2>(6), betas()), |(points, betas)| {
-        let result = closed_through(&points, Bases::PerSegment(betas.iter().map(|&b| beta(b)).collect()));
+        let result =
+            closed_through(&points, Bases::PerSegment(betas.iter().map(|&b| beta(b)).collect()));
         assert_eq!(result.continuity.class, Class::C2, "mixed betas stay C2");
         for i in 0..5 {
             let [left, right] = sides_of_equation_15(&result.curve, &betas, i);
-            let (corrected, other) = (left * (1.0 / (1.0 + 2.0 * betas[i])), right * (1.0 / (1.0 + 2.0 * betas[i + 1])));
+            let (corrected, other) =
+                (left * (1.0 / (1.0 + 2.0 * betas[i])), right * (1.0 / (1.0 + 2.0 * betas[i + 1])));
             assert!(corrected.distance(other) < 1e-10 * (1.0 + corrected.norm()));
             let slope = jets(&Curve::Piecewise(result.curve.clone()), &[(i + 1) as f64], 1)[1][0];
-            assert!(corrected.distance(slope) < 1e-10 * (1.0 + slope.norm()), "it is the derivative");
+            assert!(
+                corrected.distance(slope) < 1e-10 * (1.0 + slope.norm()),
+                "it is the derivative"
+            );
             let unequal = 2.0 * (betas[i] - betas[i + 1]).abs() * slope.norm();
-            assert!((left.distance(right) - unequal).abs() < 1e-9 * (1.0 + left.norm()), "as printed it fails by exactly this");
+            assert!(
+                (left.distance(right) - unequal).abs() < 1e-9 * (1.0 + left.norm()),
+                "as printed it fails by exactly this"
+            );
         }
     });
 }
@@ -76,11 +94,22 @@ fn the_c2_interpolant_is_the_same_curve_for_every_beta() {
     law(60, (any::points::<2>(7), betas()), |(points, betas)| {
         let mixed = Bases::PerSegment(betas.iter().map(|&b| beta(b)).collect());
         let all = [Bases::Common(Basis::Bezier(Bezier)), Bases::Common(beta(betas[0])), mixed];
-        let curves = all.map(|bases| interpolate(&Context::default(), &points, ends, bases, &Parameterization::ChordLength).unwrap().curve);
+        let curves = all.map(|bases| {
+            interpolate(&Context::default(), &points, ends, bases, &Parameterization::ChordLength)
+                .unwrap()
+                .curve
+        });
         let [reference, global, mixed] = curves.map(Curve::Piecewise);
         let size = crate::laws::size(&reference);
-        assert!(curves_apart(&reference, &global) < 1e-13 * size && curves_apart(&reference, &mixed) < 1e-13 * size);
-        assert!(apart(crate::laws::control_points(&reference), crate::laws::control_points(&mixed)) > 1e-3, "control points differ");
+        assert!(
+            curves_apart(&reference, &global) < 1e-13 * size
+                && curves_apart(&reference, &mixed) < 1e-13 * size
+        );
+        assert!(
+            apart(crate::laws::control_points(&reference), crate::laws::control_points(&mixed))
+                > 1e-3,
+            "control points differ"
+        );
     });
 }
 
@@ -90,8 +119,22 @@ fn the_c2_interpolant_is_the_same_curve_for_every_beta() {
 fn reshaped(points: &[Point<2>], from: Basis, to: impl Fn(usize) -> Basis) -> Report {
     let curve = closed_through(points, Bases::Common(from)).curve;
     let bases = Bases::PerSegment((0..points.len()).map(to).collect());
-    let other = Piecewise::new(&Context::default(), bases, 3, curve.breaks().clone(), true, curve.control_points().to_vec()).unwrap();
-    continuity(&Context::default(), &other.composite(&Context::default()).unwrap(), true, Tolerance::default()).unwrap()
+    let other = Piecewise::new(
+        &Context::default(),
+        bases,
+        3,
+        curve.breaks().clone(),
+        true,
+        curve.control_points().to_vec(),
+    )
+    .unwrap();
+    continuity(
+        &Context::default(),
+        &other.composite(&Context::default()).unwrap(),
+        true,
+        Tolerance::default(),
+    )
+    .unwrap()
 }
 
 #[test]
@@ -105,7 +148,8 @@ fn a_reshaped_beta_bezier_composite_is_only_c0() {
     assert!(worst.get() > 2.5, "tangents turn by up to 170 degrees, here {} rad", worst.get());
 }
 
-/// A quasi-Bezier basis tangent to its end edges whose end derivatives are `degree (1 - m)` times the end edges.
+/// A quasi-Bezier basis tangent to its end edges whose end derivatives are `degree (1 - m)` times
+/// the end edges.
 fn tangent_quasi(m: f64, degree: usize) -> Basis {
     let rest = 1.0 - m;
     let ends = [vec![1.0, 0.0, 0.0, 0.0], vec![m, rest, 0.0, 0.0]];
@@ -119,23 +163,40 @@ fn reshaped_alpha_beta_and_quasi_composites_stay_g1() {
     law(40, any::points::<2>(6), |points| {
         let of = |i: usize| 0.3 + 0.1 * i as f64;
         let mixed = reshaped(&points, Basis::Bezier(Bezier), |i| alpha_beta(1.0, 3.0 * of(i)));
-        assert!(mixed.joints.iter().all(|joint| joint.geometric >= Class::G1 && joint.parametric == Class::C0));
-        let quasi = reshaped(&points, alpha_beta(0.9, 2.5), |i| tangent_quasi(of(i), if i % 2 == 0 { 3 } else { 4 }));
-        assert!(quasi.joints.iter().all(|joint| joint.geometric >= Class::G1 && joint.parametric == Class::C0));
+        assert!(
+            mixed
+                .joints
+                .iter()
+                .all(|joint| joint.geometric >= Class::G1 && joint.parametric == Class::C0)
+        );
+        let quasi = reshaped(&points, alpha_beta(0.9, 2.5), |i| {
+            tangent_quasi(of(i), if i % 2 == 0 { 3 } else { 4 })
+        });
+        assert!(
+            quasi
+                .joints
+                .iter()
+                .all(|joint| joint.geometric >= Class::G1 && joint.parametric == Class::C0)
+        );
     });
 }
 
 #[test]
 fn a_reshape_with_equal_end_factors_stays_c1() {
     law(40, any::points::<2>(6), |points| {
-        // s = alpha beta = 1.2 on every segment, as alpha-beta and as quasi-Bezier of degree 3 and 4.
+        // s = alpha beta = 1.2 on every segment, as alpha-beta and as quasi-Bezier of degree 3 and
+        // 4.
         let equal = |i: usize| match i % 3 {
             0 => alpha_beta(0.6, 2.0),
             1 => tangent_quasi(0.6, 3),
             _ => tangent_quasi(0.7, 4),
         };
         let report = reshaped(&points, Basis::Bezier(Bezier), equal);
-        assert!(report.joints.iter().all(|joint| joint.parametric == Class::C1), "{:?}", report.class);
+        assert!(
+            report.joints.iter().all(|joint| joint.parametric == Class::C1),
+            "{:?}",
+            report.class
+        );
     });
 }
 
@@ -156,10 +217,17 @@ fn the_halves_of_section_4_are_bezier_curves() {
     law(60, (any::points::<2>(4), 0.2..4.0), |(points, b)| {
         let matrix = beta(b).shape_matrix(3);
         let curve = single(beta(b), points.clone());
-        let cut = |form| subdivide(&Context::default(), &curve, &Cuts::Parameters(vec![0.5]), form).unwrap().curve;
+        let cut = |form| {
+            subdivide(&Context::default(), &curve, &Cuts::Parameters(vec![0.5]), form)
+                .unwrap()
+                .curve
+        };
         let (left, right) = split(&matrix.apply(&points), 0.5);
         let (bezier, family) = (cut(Form::Bezier), cut(Form::Family));
-        assert!(apart(bezier.polygon(0), &left) < 1e-14 * 10.0 && apart(bezier.polygon(1), &right) < 1e-13);
+        assert!(
+            apart(bezier.polygon(0), &left) < 1e-14 * 10.0
+                && apart(bezier.polygon(1), &right) < 1e-13
+        );
         // As Beta-Bezier curves the halves have P' = M^-1 Q'.
         assert!(apart(&matrix.apply(family.polygon(0)), &left) < 1e-12 * 10.0);
         assert!(apart(&matrix.apply(family.polygon(1)), &right) < 1e-12 * 10.0);
@@ -172,29 +240,57 @@ fn the_halves_of_section_4_are_bezier_curves() {
 
 #[test]
 fn condition_numbers_are_as_stated() {
-    let stated =
-        [(3, 1.0, 7.0), (3, 10.0, 3e2), (3, 100.0, 3e4), (5, 1.0, 2e2), (5, 10.0, 5e5), (5, 100.0, 4e9), (10, 1.0, 6e6), (10, 10.0, 1e15)];
+    let stated = [
+        (3, 1.0, 7.0),
+        (3, 10.0, 3e2),
+        (3, 100.0, 3e4),
+        (5, 1.0, 2e2),
+        (5, 10.0, 5e5),
+        (5, 100.0, 4e9),
+        (10, 1.0, 6e6),
+        (10, 10.0, 1e15),
+    ];
     for (order, b, expected) in stated {
         let condition = beta(b).shape_matrix(order).condition();
         // Stated to one digit; above 1e13 rounding of M itself blurs the smallest singular value.
         let off = if expected > 1e13 { 2.0 } else { 0.5 };
         let one_digit = 10f64.powf(f64::log10(expected).floor());
-        assert!((condition - expected).abs() <= off * one_digit, "order {order}, beta {b}: {condition:e}, not {expected:e}");
+        assert!(
+            (condition - expected).abs() <= off * one_digit,
+            "order {order}, beta {b}: {condition:e}, not {expected:e}"
+        );
     }
 }
 
 #[test]
 fn a_basis_worse_than_1e8_is_refused_with_its_condition_number() {
-    assert!(matches!(beta(100.0).way_back(&Context::default(), 5), Err(Fault::IllConditioned { condition }) if condition > 1e9));
-    assert!(beta(10.0).way_back(&Context::default(), 5).is_ok() && beta(1.0).way_back(&Context::default(), 10).is_ok());
+    assert!(
+        matches!(beta(100.0).way_back(&Context::default(), 5), Err(Fault::IllConditioned { condition }) if condition > 1e9)
+    );
+    assert!(
+        beta(10.0).way_back(&Context::default(), 5).is_ok()
+            && beta(1.0).way_back(&Context::default(), 10).is_ok()
+    );
 }
 
 #[test]
 fn equation_26_gives_the_uniform_control_points() {
     law(60, (any::points::<2>(4), 0.0..5.0), |(p, b)| {
         let q = beta(b).shape_matrix(3).apply(&p);
-        let expected = [p[0] * 6.0 - q[1] * 7.0 + q[2] * 2.0, q[1] * 2.0 - q[2], q[2] * 2.0 - q[1], p[3] * 6.0 - q[2] * 7.0 + q[1] * 2.0];
-        let spline = to_bspline(&Context::default(), &single(beta(b), p), KnotStyle::Uniform, CONTINUITY_TOLERANCE).unwrap().curve;
+        let expected = [
+            p[0] * 6.0 - q[1] * 7.0 + q[2] * 2.0,
+            q[1] * 2.0 - q[2],
+            q[2] * 2.0 - q[1],
+            p[3] * 6.0 - q[2] * 7.0 + q[1] * 2.0,
+        ];
+        let spline = to_bspline(
+            &Context::default(),
+            &single(beta(b), p),
+            KnotStyle::Uniform,
+            CONTINUITY_TOLERANCE,
+        )
+        .unwrap()
+        .curve;
         assert!(apart(spline.control_points(), &expected) < 1e-12);
         assert_eq!(spline.knots().as_slice(), [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0]);
     });
@@ -203,23 +299,41 @@ fn equation_26_gives_the_uniform_control_points() {
 #[test]
 fn yang_and_zeng_is_a_quasi_bezier_basis() {
     let lambdas = [0.5, -0.2, 0.2, -0.5];
-    let matrix =
-        Basis::Quasi(Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: lambdas.to_vec() }).unwrap()).shape_matrix(4);
+    let matrix = Basis::Quasi(
+        Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: lambdas.to_vec() })
+            .unwrap(),
+    )
+    .shape_matrix(4);
     assert_eq!((matrix.degree(), matrix.order()), (5, 4));
     for (i, lambda) in (1..=4).zip(lambdas) {
         assert!((matrix.row(i)[i - 1] - (i as f64 - lambda) / 5.0).abs() < 1e-16);
     }
     assert!(matrix.properties().symmetric);
-    let straight =
-        Basis::Quasi(Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: vec![0.0; 4] }).unwrap()).shape_matrix(4);
-    assert!(straight.rows().flatten().zip(ShapeMatrix::elevation(5, 4).rows().flatten()).all(|(a, b)| (a - b).abs() < 1e-15));
+    let straight = Basis::Quasi(
+        Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: vec![0.0; 4] })
+            .unwrap(),
+    )
+    .shape_matrix(4);
+    assert!(
+        straight
+            .rows()
+            .flatten()
+            .zip(ShapeMatrix::elevation(5, 4).rows().flatten())
+            .all(|(a, b)| (a - b).abs() < 1e-15)
+    );
 }
 
 /// Wu's basis at an order, from its seed by eq. (36).
 fn wu(l: f64, order: usize) -> ShapeMatrix {
     let first = (1.0 - l) / 3.0;
-    let seed = vec![vec![1.0, 0.0, 0.0], vec![first, 1.0 - first, 0.0], vec![0.0, 1.0 - first, first], vec![0.0, 0.0, 1.0]];
-    Basis::Quasi(Quasi::new(&Context::default(), ShapeParameters::Recursive { seed }).unwrap()).shape_matrix(order)
+    let seed = vec![
+        vec![1.0, 0.0, 0.0],
+        vec![first, 1.0 - first, 0.0],
+        vec![0.0, 1.0 - first, first],
+        vec![0.0, 0.0, 1.0],
+    ];
+    Basis::Quasi(Quasi::new(&Context::default(), ShapeParameters::Recursive { seed }).unwrap())
+        .shape_matrix(order)
 }
 
 #[test]
@@ -228,7 +342,11 @@ fn wu_is_a_quasi_bezier_basis_by_equation_36() {
         assert_eq!(wu(0.4, order).degree(), order + 1);
         assert!(wu(0.0, order).properties().degenerates_to_bernstein, "l = 0 is the Bezier curve");
         let properties = wu(0.4, order).properties();
-        assert!(properties.symmetric && properties.partition_of_unity && !properties.degenerates_to_bernstein);
+        assert!(
+            properties.symmetric
+                && properties.partition_of_unity
+                && !properties.degenerates_to_bernstein
+        );
     }
     // Eq. (36) by what it means: basis functions one order up are (1 - t) b_j + t b_(j-1).
     let (low, high) = (wu(0.4, 4), wu(0.4, 5));
@@ -244,19 +362,27 @@ fn wu_is_a_quasi_bezier_basis_by_equation_36() {
 
 #[test]
 fn the_middle_row_of_an_even_degree_is_not_free() {
-    let symmetric = |rows: Vec<Vec<f64>>| Quasi::new(&Context::default(), ShapeParameters::Symmetric { degree: 4, upper_rows: rows });
+    let symmetric = |rows: Vec<Vec<f64>>| {
+        Quasi::new(&Context::default(), ShapeParameters::Symmetric { degree: 4, upper_rows: rows })
+    };
     let (first, mirrored) = (vec![0.25, 0.75, 0.0], vec![0.25, 0.5, 0.25]);
     assert!(symmetric(vec![first.clone(), mirrored.clone()]).is_ok());
     let lopsided = symmetric(vec![first.clone(), vec![0.3, 0.5, 0.2]]).unwrap_err();
     assert_eq!(lopsided.place.to_string(), "/upper_rows/1/0");
     // Eq. (30) would have ceil((d + 1) / 2) = 3 free rows.
-    assert!(matches!(symmetric(vec![first.clone(), mirrored, first]).unwrap_err().fault, Fault::WrongCount { expected: 2, .. }));
+    assert!(matches!(
+        symmetric(vec![first.clone(), mirrored, first]).unwrap_err().fault,
+        Fault::WrongCount { expected: 2, .. }
+    ));
 }
 
 #[test]
 fn equation_29_does_not_imply_full_rank() {
-    // Symmetric, non-negative, row sums 1, tangent at the ends: and yet nothing depends on the middle control point.
+    // Symmetric, non-negative, row sums 1, tangent at the ends: and yet nothing depends on the
+    // middle control point.
     let upper_rows = vec![vec![0.25, 0.75, 0.0, 0.0, 0.0], vec![0.25, 0.25, 0.0, 0.25, 0.25]];
-    let error = Quasi::new(&Context::default(), ShapeParameters::Symmetric { degree: 4, upper_rows }).unwrap_err();
+    let error =
+        Quasi::new(&Context::default(), ShapeParameters::Symmetric { degree: 4, upper_rows })
+            .unwrap_err();
     assert_eq!(error.fault, Fault::ShapeRank { rank: 4, columns: 5 });
 }

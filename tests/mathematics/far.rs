@@ -1,7 +1,8 @@
 //! Small curves far from the origin, against exact rational arithmetic (tests/vectors/splines.py).
 //!
-//! A curve is what its doubles say. So derivatives and what is made of them must be right to rounding in the size of the
-//! features, as near the origin; only points are rounded in units of their coordinates.
+//! A curve is what its doubles say. So derivatives and what is made of them must be right to
+//! rounding in the size of the features, as near the origin; only points are rounded in units of
+//! their coordinates.
 
 use crate::laws::{cases, numbers, parse};
 use serde_json::Value;
@@ -12,8 +13,8 @@ use springline::core::curve::Curve;
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::point::Point;
 
-/// The largest errors found, relative to what they may be in units of rounding: of points, derivatives, speed,
-/// curvature and torsion.
+/// The largest errors found, relative to what they may be in units of rounding: of points,
+/// derivatives, speed, curvature and torsion.
 #[derive(Debug, Default)]
 struct Errors([f64; 5]);
 
@@ -30,12 +31,20 @@ fn jet<const D: usize>(sample: &Value) -> Vec<Point<D>> {
 
 fn measure<const D: usize>(curve: &Curve<D>, case: &Value, errors: &mut Errors) {
     let samples = case["samples"].as_array().unwrap();
-    let parameters: Vec<f64> = samples.iter().map(|sample| sample["parameter"].as_f64().unwrap()).collect();
-    let quantities = Quantities { speed: true, curvature: true, torsion: D == 3, ..Quantities::default() };
-    let found = evaluate(&Context::default(), curve, &Sampling::Parameters(parameters), 3, quantities).unwrap();
+    let parameters: Vec<f64> =
+        samples.iter().map(|sample| sample["parameter"].as_f64().unwrap()).collect();
+    let quantities =
+        Quantities { speed: true, curvature: true, torsion: D == 3, ..Quantities::default() };
+    let found =
+        evaluate(&Context::default(), curve, &Sampling::Parameters(parameters), 3, quantities)
+            .unwrap();
     for (i, sample) in samples.iter().enumerate() {
         let (expected, scales) = (jet::<D>(sample), numbers(&sample["scales"]));
-        errors.note(0, found.points[i].distance(expected[0]), scales[0] + expected[0].norm() * f64::EPSILON / 1e-14);
+        errors.note(
+            0,
+            found.points[i].distance(expected[0]),
+            scales[0] + expected[0].norm() * f64::EPSILON / 1e-14,
+        );
         for k in 1..=3 {
             errors.note(1, found.derivatives[k - 1][i].distance(expected[k]), scales[k]);
         }
@@ -77,7 +86,8 @@ fn derivatives_and_shape_have_the_digits_of_the_features() {
     let cases = cases("far");
     assert!(cases.len() > 200);
     for case in &cases {
-        let errors = by_family.entry(case["curve"]["family"].as_str().unwrap().to_owned()).or_default();
+        let errors =
+            by_family.entry(case["curve"]["family"].as_str().unwrap().to_owned()).or_default();
         match parse(&case["curve"]) {
             Dimensioned::Plane(curve) => measure(&curve, case, errors),
             Dimensioned::Space(curve) => measure(&curve, case, errors),
@@ -89,16 +99,38 @@ fn derivatives_and_shape_have_the_digits_of_the_features() {
     }
 }
 
-/// A curve moved by a vector that all its points take without rounding has the same derivatives, bit for bit, wherever
-/// both places allow an origin nearby.
+/// A curve moved by a vector that all its points take without rounding has the same derivatives,
+/// bit for bit, wherever both places allow an origin nearby.
 #[test]
 fn derivatives_do_not_depend_on_the_place() {
     let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.5, 2.0, 4.0, 4.0, 4.0, 4.0];
     let at = |place: f64| {
-        let points = (0..7).map(|i| Point([place + f64::from(i * 3 % 5) / 1024.0, place - f64::from(i * i % 7) / 1024.0])).collect();
-        let curve = springline::core::curve::BSpline::new(&Context::default(), 3, knots.clone(), points, false).unwrap();
-        let quantities = Quantities { speed: true, curvature: true, normal: true, ..Quantities::default() };
-        evaluate(&Context::default(), &Curve::<2>::BSpline(curve), &Sampling::Count(50), 3, quantities).unwrap()
+        let points = (0..7)
+            .map(|i| {
+                Point([
+                    place + f64::from(i * 3 % 5) / 1024.0,
+                    place - f64::from(i * i % 7) / 1024.0,
+                ])
+            })
+            .collect();
+        let curve = springline::core::curve::BSpline::new(
+            &Context::default(),
+            3,
+            knots.clone(),
+            points,
+            false,
+        )
+        .unwrap();
+        let quantities =
+            Quantities { speed: true, curvature: true, normal: true, ..Quantities::default() };
+        evaluate(
+            &Context::default(),
+            &Curve::<2>::BSpline(curve),
+            &Sampling::Count(50),
+            3,
+            quantities,
+        )
+        .unwrap()
     };
     let (near, far) = (at(1.0), at(1e6));
     assert_eq!(near.derivatives, far.derivatives);
@@ -108,22 +140,33 @@ fn derivatives_do_not_depend_on_the_place() {
 /// Jumps are those of the curve: none for simple knots, far away as near.
 #[test]
 fn jumps_are_measured_in_the_size_of_the_features() {
-    for case in cases("far").iter().filter(|case| case["curve"]["family"] == "bspline" && case["curve"]["degree"] == 5) {
+    for case in cases("far")
+        .iter()
+        .filter(|case| case["curve"]["family"] == "bspline" && case["curve"]["degree"] == 5)
+    {
         let (report, composite) = match parse(&case["curve"]) {
             Dimensioned::Plane(curve) => report(&curve),
             Dimensioned::Space(curve) => report(&curve),
         };
         for joint in report {
             assert!(joint.first_derivative_jump <= 1e-13 * composite[0], "{joint:?} {composite:?}");
-            assert!(joint.second_derivative_jump <= 1e-13 * composite[1], "{joint:?} {composite:?}");
+            assert!(
+                joint.second_derivative_jump <= 1e-13 * composite[1],
+                "{joint:?} {composite:?}"
+            );
         }
     }
 }
 
 /// The joints of a curve, with the largest first and second derivatives.
-fn report<const D: usize>(curve: &Curve<D>) -> (Vec<springline::core::continuity::Joint>, [f64; 2]) {
+fn report<const D: usize>(
+    curve: &Curve<D>,
+) -> (Vec<springline::core::continuity::Joint>, [f64; 2]) {
     let composite = curve.composite(&Context::default()).unwrap();
     let first = composite.derivative(&Context::default()).unwrap();
     let sizes = [first.magnitude(), first.derivative(&Context::default()).unwrap().magnitude()];
-    (continuity(&Context::default(), &composite, false, Tolerance::default()).unwrap().joints, sizes)
+    (
+        continuity(&Context::default(), &composite, false, Tolerance::default()).unwrap().joints,
+        sizes,
+    )
 }

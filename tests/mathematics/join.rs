@@ -1,4 +1,5 @@
-//! Laws of joins: the class wanted is reached, what may not move stays, and C classes move the least.
+//! Laws of joins: the class wanted is reached, what may not move stays, and C classes move the
+//! least.
 
 use crate::laws::{any, law};
 use nalgebra::{DMatrix, DVector};
@@ -12,7 +13,8 @@ use springline::core::error::Error;
 use springline::core::join::{Joined, Movable, Smoothness, join};
 use springline::core::point::Point;
 
-const CLASSES: [Smoothness; 5] = [Smoothness::C0, Smoothness::G1, Smoothness::C1, Smoothness::G2, Smoothness::C2];
+const CLASSES: [Smoothness; 5] =
+    [Smoothness::C0, Smoothness::G1, Smoothness::C1, Smoothness::G2, Smoothness::C2];
 const SIDES: [Movable; 3] = [Movable::Following, Movable::Leading, Movable::Both];
 
 fn beta(beta: f64) -> Basis {
@@ -20,7 +22,12 @@ fn beta(beta: f64) -> Basis {
 }
 
 fn line<const D: usize>(points: &[[f64; D]]) -> Single<D> {
-    Single::new(&Context::default(), Basis::Bezier(Bezier), points.iter().map(|&p| Point(p)).collect()).unwrap()
+    Single::new(
+        &Context::default(),
+        Basis::Bezier(Bezier),
+        points.iter().map(|&p| Point(p)).collect(),
+    )
+    .unwrap()
 }
 
 /// Random cubics of mixed families whose shape parameters are not extreme.
@@ -30,8 +37,11 @@ fn cubics<const D: usize>(count: std::ops::Range<usize>) -> impl Strategy<Value 
     vec(cubic, count)
 }
 
-/// Random cubics as a designer would lay them: end to end but for a small gap, and roughly in one direction.
-fn sketched<const D: usize>(count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Single<D>>> {
+/// Random cubics as a designer would lay them: end to end but for a small gap, and roughly in one
+/// direction.
+fn sketched<const D: usize>(
+    count: std::ops::Range<usize>,
+) -> impl Strategy<Value = Vec<Single<D>>> {
     vec((any::cubic_with_way_back(), any::points::<D>(4)), count).prop_map(|list| {
         let mut start = Point::ZERO;
         let piece = |(basis, noise): (Basis, Vec<Point<D>>)| {
@@ -67,20 +77,39 @@ fn derivatives(class: Smoothness) -> usize {
     }
 }
 
-fn may_move(class: Smoothness, side: Movable, count: usize, order: usize, curve: usize, point: usize) -> bool {
+fn may_move(
+    class: Smoothness,
+    side: Movable,
+    count: usize,
+    order: usize,
+    curve: usize,
+    point: usize,
+) -> bool {
     let follows = side != Movable::Leading && curve > 0 && point <= derivatives(class);
-    let leads = side != Movable::Following && curve + 1 < count && order - point <= derivatives(class);
+    let leads =
+        side != Movable::Following && curve + 1 < count && order - point <= derivatives(class);
     follows || leads
 }
 
-/// What holds for every answer: the class, who moved, and that the moves told are those of the points returned.
-fn check<const D: usize>(curves: &[Single<D>], joined: &Joined<D>, class: Smoothness, side: Movable) {
+/// What holds for every answer: the class, who moved, and that the moves told are those of the
+/// points returned.
+fn check<const D: usize>(
+    curves: &[Single<D>],
+    joined: &Joined<D>,
+    class: Smoothness,
+    side: Movable,
+) {
     assert!(reached(joined, class), "{class:?} {side:?}: {:?}", joined.continuity);
     let order = curves[0].order();
     for (i, curve) in curves.iter().enumerate() {
-        for (j, (old, new)) in curve.control_points().iter().zip(joined.curve.polygon(i)).enumerate() {
+        for (j, (old, new)) in
+            curve.control_points().iter().zip(joined.curve.polygon(i)).enumerate()
+        {
             let size = 1e-9 * (1.0 + old.max_abs() + new.max_abs());
-            assert!((joined.moved[i][j] - old.distance(*new)).abs() <= size, "curve {i}, point {j}");
+            assert!(
+                (joined.moved[i][j] - old.distance(*new)).abs() <= size,
+                "curve {i}, point {j}"
+            );
             if !may_move(class, side, curves.len(), order, i, j) {
                 assert_eq!(joined.moved[i][j], 0.0, "curve {i}, point {j} may not move");
             }
@@ -92,15 +121,20 @@ fn squares<const D: usize>(joined: &Joined<D>) -> f64 {
     joined.moved.iter().flatten().map(|d| d * d).sum()
 }
 
-/// The least sum of squares by a dense pseudo-inverse, from difference quotients of the basis's own Bezier points.
+/// The least sum of squares by a dense pseudo-inverse, from difference quotients of the basis's own
+/// Bezier points.
 fn dense_optimum<const D: usize>(curves: &[Single<D>], class: Smoothness, side: Movable) -> f64 {
     let per = curves[0].order() + 1;
     let end = |curve: &Single<D>, k: usize, left: bool| -> Vec<f64> {
         let h = curve.basis().length();
         let unit = |j: usize| {
             let points = (0..per).map(|i| Point([f64::from(i == j), 0.0])).collect();
-            let q: Vec<f64> =
-                Single::new(&Context::default(), curve.basis().clone(), points).unwrap().bezier_points().iter().map(|p| p[0]).collect();
+            let q: Vec<f64> = Single::new(&Context::default(), curve.basis().clone(), points)
+                .unwrap()
+                .bezier_points()
+                .iter()
+                .map(|p| p[0])
+                .collect();
             let (d, n) = ((q.len() - 1) as f64, q.len() - 1);
             let at = |i: usize| if left { q[n - i] } else { q[i] };
             let sign = if left { -1.0 } else { 1.0 };
@@ -118,7 +152,10 @@ fn dense_optimum<const D: usize>(curves: &[Single<D>], class: Smoothness, side: 
         for k in 0..=derivatives(class) {
             let mut row = vec![0.0; total];
             row[joint * per..(joint + 1) * per].copy_from_slice(&end(&curves[joint], k, true));
-            end(&curves[joint + 1], k, false).iter().enumerate().for_each(|(j, x)| row[(joint + 1) * per + j] = -x);
+            end(&curves[joint + 1], k, false)
+                .iter()
+                .enumerate()
+                .for_each(|(j, x)| row[(joint + 1) * per + j] = -x);
             rows.push(row);
         }
     }
@@ -143,7 +180,10 @@ fn parametric_joins_move_the_least<const D: usize>() {
                 let joined = join(&Context::default(), curves.clone(), class, side).unwrap();
                 check(&curves, &joined, class, side);
                 let (found, least) = (squares(&joined), dense_optimum(&curves, class, side));
-                assert!((found - least).abs() <= 1e-8 * (1.0 + least), "{class:?} {side:?}: {found:e} is not {least:e}");
+                assert!(
+                    (found - least).abs() <= 1e-8 * (1.0 + least),
+                    "{class:?} {side:?}: {found:e} is not {least:e}"
+                );
             }
         }
     });
@@ -166,13 +206,22 @@ fn chains_move_the_least_too() {
             let joined = join(&Context::default(), curves.clone(), class, Movable::Both).unwrap();
             check(&curves, &joined, class, Movable::Both);
             let (found, least) = (squares(&joined), dense_optimum(&curves, class, Movable::Both));
-            assert!((found - least).abs() <= 1e-8 * (1.0 + least), "{class:?}: {found:e} is not {least:e}");
+            assert!(
+                (found - least).abs() <= 1e-8 * (1.0 + least),
+                "{class:?}: {found:e} is not {least:e}"
+            );
         }
     });
 }
 
-/// How many of the joins of seeded random curves were made; what was refused is told, never returned unmet.
-fn success<const D: usize>(cases: u32, curves: impl Strategy<Value = Vec<Single<D>>>, class: Smoothness, side: Movable) -> f64 {
+/// How many of the joins of seeded random curves were made; what was refused is told, never
+/// returned unmet.
+fn success<const D: usize>(
+    cases: u32,
+    curves: impl Strategy<Value = Vec<Single<D>>>,
+    class: Smoothness,
+    side: Movable,
+) -> f64 {
     let made = std::cell::Cell::new((0, 0));
     law(cases, curves, |curves| {
         let (good, all) = made.get();
@@ -213,7 +262,9 @@ fn geometric_joins_of_random_curves_are_mostly_made() {
 #[test]
 fn geometric_joins_move_no_more_than_parametric_ones_of_joined_curves() {
     law(30, sketched::<2>(2..3), |curves| {
-        let c1 = squares(&join(&Context::default(), curves.clone(), Smoothness::C1, Movable::Both).unwrap());
+        let c1 = squares(
+            &join(&Context::default(), curves.clone(), Smoothness::C1, Movable::Both).unwrap(),
+        );
         if let Ok(g1) = join(&Context::default(), curves, Smoothness::G1, Movable::Both) {
             assert!(squares(&g1) <= c1 * (1.0 + 1e-6) + 1e-12, "{:e} above {c1:e}", squares(&g1));
         }
@@ -224,12 +275,23 @@ fn geometric_joins_move_no_more_than_parametric_ones_of_joined_curves() {
 fn joined_curves_stay() {
     law(40, cubics::<3>(2..4), |curves| {
         for class in CLASSES {
-            let Ok(joined) = join(&Context::default(), curves.clone(), class, Movable::Both) else { continue };
+            let Ok(joined) = join(&Context::default(), curves.clone(), class, Movable::Both) else {
+                continue;
+            };
             let again: Vec<_> = (0..curves.len())
-                .map(|i| Single::new(&Context::default(), curves[i].basis().clone(), joined.curve.polygon(i).to_vec()).unwrap())
+                .map(|i| {
+                    Single::new(
+                        &Context::default(),
+                        curves[i].basis().clone(),
+                        joined.curve.polygon(i).to_vec(),
+                    )
+                    .unwrap()
+                })
                 .collect();
             let size = joined.curve.composite(&Context::default()).unwrap().magnitude().max(1.0);
-            let Ok(still) = join(&Context::default(), again, class, Movable::Both) else { panic!("{class:?} was lost") };
+            let Ok(still) = join(&Context::default(), again, class, Movable::Both) else {
+                panic!("{class:?} was lost")
+            };
             let moved = still.moved.iter().flatten().fold(0.0, |a: f64, &b| a.max(b));
             assert!(moved <= 1e-12 * size * 10.0, "{class:?}: {moved:e} of {size:e}");
         }
@@ -244,7 +306,8 @@ fn place(error: &Error) -> String {
 
 #[test]
 fn what_cannot_be_joined_says_where() {
-    // In the straight limit inner control points move nothing, so a corner between fixed ends stays one.
+    // In the straight limit inner control points move nothing, so a corner between fixed ends stays
+    // one.
     let straight = |points: [[f64; 2]; 4]| {
         let basis = Basis::Beta(Beta::from_lambda(0.0).unwrap());
         Single::new(&Context::default(), basis, points.map(Point).to_vec()).unwrap()
@@ -266,7 +329,13 @@ fn a_curve_without_a_tangent_is_named() {
     let stopped = line(&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [2.0, 0.0]]);
     let other = line(&[[2.0, 0.0], [3.0, 1.0], [4.0, 1.0], [5.0, 0.0]]);
     for class in [Smoothness::G1, Smoothness::G2] {
-        let error = join(&Context::default(), vec![stopped.clone(), other.clone()], class, Movable::Following).unwrap_err();
+        let error = join(
+            &Context::default(),
+            vec![stopped.clone(), other.clone()],
+            class,
+            Movable::Following,
+        )
+        .unwrap_err();
         assert_eq!(place(&error), "/curves/0");
     }
 }
@@ -274,10 +343,19 @@ fn a_curve_without_a_tangent_is_named() {
 #[test]
 fn orders_and_counts_are_checked() {
     let cubic = line(&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [2.0, 0.0]]);
-    assert_eq!(place(&join(&Context::default(), vec![cubic.clone()], Smoothness::C0, Movable::Both).unwrap_err()), "/curves");
+    assert_eq!(
+        place(
+            &join(&Context::default(), vec![cubic.clone()], Smoothness::C0, Movable::Both)
+                .unwrap_err()
+        ),
+        "/curves"
+    );
     let short = line(&[[0.0, 0.0], [1.0, 1.0]]);
     assert_eq!(
-        place(&join(&Context::default(), vec![cubic, short], Smoothness::C0, Movable::Both).unwrap_err()),
+        place(
+            &join(&Context::default(), vec![cubic, short], Smoothness::C0, Movable::Both)
+                .unwrap_err()
+        ),
         "/curves/1/control_points"
     );
 }
@@ -307,16 +385,29 @@ fn hostile_curves_are_joined_or_refused() {
                 for class in CLASSES {
                     for side in SIDES {
                         let one = |basis: &Basis, p: &[[f64; 2]; 4]| {
-                            Single::new(&Context::default(), basis.clone(), p.map(Point).to_vec()).unwrap()
+                            Single::new(&Context::default(), basis.clone(), p.map(Point).to_vec())
+                                .unwrap()
                         };
-                        match join(&Context::default(), vec![one(first, a), one(second, b)], class, side) {
+                        match join(
+                            &Context::default(),
+                            vec![one(first, a), one(second, b)],
+                            class,
+                            side,
+                        ) {
                             Ok(joined) => {
-                                assert!(joined.curve.control_points().iter().all(|p| p.is_finite()));
-                                assert!(joined.moved.iter().flatten().all(|d| d.is_finite()), "{a:?} {b:?} {class:?} {side:?}");
+                                assert!(
+                                    joined.curve.control_points().iter().all(|p| p.is_finite())
+                                );
+                                assert!(
+                                    joined.moved.iter().flatten().all(|d| d.is_finite()),
+                                    "{a:?} {b:?} {class:?} {side:?}"
+                                );
                                 assert!(reached(&joined, class));
                             }
                             Err(error) => assert!(
-                                ["/smoothness", "/curves"].iter().any(|p| place(&error).starts_with(p)),
+                                ["/smoothness", "/curves"]
+                                    .iter()
+                                    .any(|p| place(&error).starts_with(p)),
                                 "{a:?} {b:?} {class:?} {side:?}: {} {error}",
                                 place(&error)
                             ),

@@ -1,4 +1,5 @@
-//! Limits that an operator lowered: refused above, accepted at, with the lowered number in the message.
+//! Limits that an operator lowered: refused above, accepted at, with the lowered number in the
+//! message.
 
 use springline::api::json::from_bytes;
 use springline::api::operations::Operation;
@@ -21,7 +22,14 @@ use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::surface::{self, Places, Surface, SurfaceQuantities};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
 
-const LOW: Limits = Limits { degree: 5, control_points: 61, data_points: 41, samples: 30, answer_points: 100, segments: 16 };
+const LOW: Limits = Limits {
+    degree: 5,
+    control_points: 61,
+    data_points: 41,
+    samples: 30,
+    answer_points: 100,
+    segments: 16,
+};
 
 /// Held to these.
 fn low() -> Context {
@@ -76,16 +84,23 @@ fn bspline(degree: usize, count: usize) -> Result<Curve<2>, Error> {
 fn degree() {
     bounded("/control_points", 6, single(5), single(6));
     let curve = single(5).unwrap();
-    let derivatives = |order| evaluate(&low(), &curve, &Sampling::Count(2), order, Quantities::default());
+    let derivatives =
+        |order| evaluate(&low(), &curve, &Sampling::Count(2), order, Quantities::default());
     bounded("/derivatives", 5, derivatives(5), derivatives(6));
-    let quasi = |order: usize| Quasi::new(&low(), ShapeParameters::Elevation { lambdas: vec![0.0; order] });
+    let quasi =
+        |order: usize| Quasi::new(&low(), ShapeParameters::Elevation { lambdas: vec![0.0; order] });
     bounded("/lambdas", 4, quasi(4), quasi(5));
-    let rows = |count: usize| (0..count).map(|i| (0..count).map(|j| f64::from(i == j)).collect()).collect();
+    let rows = |count: usize| {
+        (0..count).map(|i| (0..count).map(|j| f64::from(i == j)).collect()).collect()
+    };
     let matrix = |count| Quasi::new(&low(), ShapeParameters::Matrix { rows: rows(count) });
     bounded("/rows", 6, matrix(6), matrix(7));
     // An order is no count of something given: out of range.
     let raised = convert(&low(), &curve, bezier(), Some(6)).unwrap_err();
-    assert!(matches!(&raised.fault, Fault::OutOfRange { allowed, .. } if allowed == "1 <= order <= 5"), "{raised}");
+    assert!(
+        matches!(&raised.fault, Fault::OutOfRange { allowed, .. } if allowed == "1 <= order <= 5"),
+        "{raised}"
+    );
     assert_eq!(bspline(6, 7).unwrap_err().place.to_string(), "/degree");
 }
 
@@ -94,10 +109,20 @@ fn control_points() {
     bounded("/control_points", 61, bspline(3, 61), bspline(3, 62));
     let curve = bspline(5, 17).unwrap();
     let in_order = |order| convert(&low(), &curve, bezier(), Some(order));
-    bounded("/control_points", 61, in_order(5), convert(&low(), &bspline(5, 18).unwrap(), bezier(), Some(5)));
+    bounded(
+        "/control_points",
+        61,
+        in_order(5),
+        convert(&low(), &bspline(5, 18).unwrap(), bezier(), Some(5)),
+    );
     let elevated = |segments: usize| {
         let curve = bspline(1, segments + 1).unwrap();
-        to_bspline(&low(), &convert(&low(), &curve, bezier(), Some(5))?.curve, KnotStyle::Clamped, 1e-9)
+        to_bspline(
+            &low(),
+            &convert(&low(), &curve, bezier(), Some(5))?.curve,
+            KnotStyle::Clamped,
+            1e-9,
+        )
     };
     bounded("/control_points", 61, elevated(12), elevated(13));
     let net = |rows: usize, columns: usize| {
@@ -119,7 +144,8 @@ fn segments() {
     let curve = single(3).unwrap();
     let cut = |cuts| subdivide(&low(), &curve, &cuts, Form::Auto);
     bounded("/at/depth", 16, cut(Cuts::Depth(4)), cut(Cuts::Depth(5)));
-    let parameters = |count: u32| Cuts::Parameters((1..=count).map(|i| f64::from(i) / 20.0).collect());
+    let parameters =
+        |count: u32| Cuts::Parameters((1..=count).map(|i| f64::from(i) / 20.0).collect());
     bounded("/at/values", 15, cut(parameters(15)), cut(parameters(16)));
     bounded("/at/tolerance", 16, cut(Cuts::Flatness(0.1)), cut(Cuts::Flatness(1e-6)));
     let bases = |count: usize| {
@@ -127,11 +153,17 @@ fn segments() {
         let body = format!(r#"{{"points":[[0,0],[1,1],[2,0]],"bases":[{list}]}}"#);
         Interpolate::compute(&low(), from_bytes(&low(), body.as_bytes()).unwrap())
     };
-    assert!(matches!(bases(16).unwrap_err().fault, Fault::WrongCount { .. }), "16 bases are read, and then do not fit 2 segments");
+    assert!(
+        matches!(bases(16).unwrap_err().fault, Fault::WrongCount { .. }),
+        "16 bases are read, and then do not fit 2 segments"
+    );
     bounded("/bases", 16, bases(2), bases(17));
     let curves = |count: usize| {
         let list = vec![r#"{"family":"bezier","control_points":[[0,0],[1,1]]}"#; count].join(",");
-        ContinuityOperation::compute(&low(), from_bytes(&low(), format!(r#"{{"curves":[{list}]}}"#).as_bytes()).unwrap())
+        ContinuityOperation::compute(
+            &low(),
+            from_bytes(&low(), format!(r#"{{"curves":[{list}]}}"#).as_bytes()).unwrap(),
+        )
     };
     bounded("/curves", 16, curves(16), curves(17));
 }
@@ -140,7 +172,13 @@ fn segments() {
 fn data_points() {
     let line = |count| {
         let solve = Solve::ControlPoints { basis: bezier(), order: 3 };
-        let options = Options { weights: None, parameters: Parameters::Uniform, ends: Ends::Free, parameter_correction: false, solve };
+        let options = Options {
+            weights: None,
+            parameters: Parameters::Uniform,
+            ends: Ends::Free,
+            parameter_correction: false,
+            solve,
+        };
         fit(&low(), points(count), options)
     };
     bounded("/points", 41, line(41), line(42));
@@ -150,11 +188,25 @@ fn data_points() {
 #[test]
 fn data_that_make_too_large_a_curve() {
     let open = EndConditions::Open(End::Natural, End::Natural);
-    let through = |count| interpolate(&low(), &points(count), open, Bases::Common(bezier()), &Parameterization::Uniform);
+    let through = |count| {
+        interpolate(
+            &low(),
+            &points(count),
+            open,
+            Bases::Common(bezier()),
+            &Parameterization::Uniform,
+        )
+    };
     bounded("/points", 16, through(17), through(18));
     let within = |tolerance| {
         let solve = Solve::Tolerance { basis: bezier(), tolerance };
-        let options = Options { weights: None, parameters: Parameters::Uniform, ends: Ends::Free, parameter_correction: false, solve };
+        let options = Options {
+            weights: None,
+            parameters: Parameters::Uniform,
+            ends: Ends::Free,
+            parameter_correction: false,
+            solve,
+        };
         let noisy = (0..41).map(|i| Point([f64::from(i), f64::from(i * i % 7)])).collect();
         fit(&low(), noisy, options)
     };
@@ -171,9 +223,13 @@ fn samples() {
     bounded("/sampling/tolerance", 29, at(Sampling::Tolerance(0.1)), at(Sampling::Tolerance(1e-6)));
     let functions = |count| basis_functions(&low(), &bezier(), 1, count);
     bounded("/count", 30, functions(30), functions(31));
-    let net = vec![vec![Point([0.0, 0.0, 0.0]), Point([0.0, 1.0, 0.0])], vec![Point([1.0, 0.0, 0.0]), Point([1.0, 1.0, 1.0])]];
+    let net = vec![
+        vec![Point([0.0, 0.0, 0.0]), Point([0.0, 1.0, 0.0])],
+        vec![Point([1.0, 0.0, 0.0]), Point([1.0, 1.0, 1.0])],
+    ];
     let patch = Surface::new(&low(), bezier(), bezier(), net).unwrap();
-    let places = |places| surface::evaluate(&low(), &patch, &places, 0, SurfaceQuantities::default());
+    let places =
+        |places| surface::evaluate(&low(), &patch, &places, 0, SurfaceQuantities::default());
     bounded("/at", 30, places(Places::Grid(5, 6)), places(Places::Grid(4, 8)));
     let pairs = |count| Places::Parameters(vec![[0.5; 2]; count]);
     bounded("/at/values", 30, places(pairs(30)), places(pairs(31)));
@@ -188,8 +244,19 @@ fn answer_points() {
     bounded("", 100, at(20), at(21));
     let functions = |count| basis_functions(&low(), &bezier(), 4, count);
     bounded("/count", 100, functions(20), functions(21));
-    let net = vec![vec![Point([0.0, 0.0, 0.0]), Point([0.0, 1.0, 0.0])], vec![Point([1.0, 0.0, 0.0]), Point([1.0, 1.0, 1.0])]];
+    let net = vec![
+        vec![Point([0.0, 0.0, 0.0]), Point([0.0, 1.0, 0.0])],
+        vec![Point([1.0, 0.0, 0.0]), Point([1.0, 1.0, 1.0])],
+    ];
     let patch = Surface::new(&low(), bezier(), bezier(), net).unwrap();
-    let places = |rows, columns| surface::evaluate(&low(), &patch, &Places::Grid(rows, columns), 2, SurfaceQuantities::default());
+    let places = |rows, columns| {
+        surface::evaluate(
+            &low(),
+            &patch,
+            &Places::Grid(rows, columns),
+            2,
+            SurfaceQuantities::default(),
+        )
+    };
     bounded("/at", 100, places(4, 4), places(4, 5));
 }

@@ -1,4 +1,11 @@
 //! The mathematics, against vectors, closed forms and other algorithms.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unreachable,
+    reason = "a test ends where it fails"
+)]
 
 #[path = "../laws/mod.rs"]
 mod laws;

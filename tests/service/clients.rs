@@ -1,4 +1,5 @@
-//! Every endpoint, asked with the very headers that usual clients send: whatever coding they ask for, they read the same bytes.
+//! Every endpoint, asked with the very headers that usual clients send: whatever coding they ask
+//! for, they read the same bytes.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -9,7 +10,8 @@ use serde_json::json;
 const RAW: &str = "application/vnd.springline.f64";
 const NDJSON: &str = "application/x-ndjson";
 
-/// A program: what it sends of its own accord, recorded from it, and the coding it gets where answers are compressed.
+/// A program: what it sends of its own accord, recorded from it, and the coding it gets where
+/// answers are compressed.
 struct Program {
     name: &'static str,
     headers: &'static [&'static str],
@@ -20,7 +22,11 @@ const PROGRAMS: &[Program] = &[
     Program { name: "curl 7.88", headers: &["User-Agent: curl/7.88.1", "Accept: */*"], coding: "" },
     Program {
         name: "curl --compressed",
-        headers: &["User-Agent: curl/7.88.1", "Accept: */*", "Accept-Encoding: deflate, gzip, br, zstd"],
+        headers: &[
+            "User-Agent: curl/7.88.1",
+            "Accept: */*",
+            "Accept-Encoding: deflate, gzip, br, zstd",
+        ],
         coding: "zstd",
     },
     Program {
@@ -37,20 +43,38 @@ const PROGRAMS: &[Program] = &[
     },
     Program {
         name: "requests 2.34",
-        headers: &["User-Agent: python-requests/2.34.2", "Accept-Encoding: gzip, deflate, br", "Accept: */*", "Connection: keep-alive"],
+        headers: &[
+            "User-Agent: python-requests/2.34.2",
+            "Accept-Encoding: gzip, deflate, br",
+            "Accept: */*",
+            "Connection: keep-alive",
+        ],
         coding: "gzip",
     },
     Program {
         name: "httpx 0.28 with zstandard",
-        headers: &["Accept: */*", "Accept-Encoding: gzip, deflate, br, zstd", "Connection: keep-alive", "User-Agent: python-httpx/0.28.1"],
+        headers: &[
+            "Accept: */*",
+            "Accept-Encoding: gzip, deflate, br, zstd",
+            "Connection: keep-alive",
+            "User-Agent: python-httpx/0.28.1",
+        ],
         coding: "zstd",
     },
     Program {
         name: "aiohttp 3.14",
-        headers: &["Accept: */*", "Accept-Encoding: gzip, deflate, br", "User-Agent: Python/3.11 aiohttp/3.14.5"],
+        headers: &[
+            "Accept: */*",
+            "Accept-Encoding: gzip, deflate, br",
+            "User-Agent: Python/3.11 aiohttp/3.14.5",
+        ],
         coding: "gzip",
     },
-    Program { name: "urllib 3.11", headers: &["Accept-Encoding: identity", "User-Agent: Python-urllib/3.11"], coding: "" },
+    Program {
+        name: "urllib 3.11",
+        headers: &["Accept-Encoding: identity", "User-Agent: Python-urllib/3.11"],
+        coding: "",
+    },
     Program {
         name: "fetch of Chromium 148",
         headers: &[
@@ -104,11 +128,25 @@ struct Ask {
 
 impl Ask {
     fn get(path: &str, status: u16) -> Self {
-        Ask { method: "GET", path: path.into(), media_type: "", accept: None, body: Vec::new(), status }
+        Ask {
+            method: "GET",
+            path: path.into(),
+            media_type: "",
+            accept: None,
+            body: Vec::new(),
+            status,
+        }
     }
 
     fn post(path: &str, media_type: &'static str, body: impl Into<Vec<u8>>, status: u16) -> Self {
-        Ask { method: "POST", path: path.into(), media_type, accept: None, body: body.into(), status }
+        Ask {
+            method: "POST",
+            path: path.into(),
+            media_type,
+            accept: None,
+            body: body.into(),
+            status,
+        }
     }
 
     fn name(&self) -> String {
@@ -130,17 +168,24 @@ fn samples(count: usize) -> Vec<u8> {
 fn batch() -> String {
     let mut lines: Vec<String> = vec!["{".into(), r#"{"op": "evaluate", "body": {}}"#.into()];
     for (path, name, body) in examples() {
-        lines.push(json!({"id": name, "op": path.trim_start_matches("/v1/"), "body": body}).to_string());
+        lines.push(
+            json!({"id": name, "op": path.trim_start_matches("/v1/"), "body": body}).to_string(),
+        );
     }
-    lines.push(format!(r#"{{"op": "evaluate", "body": {}}}"#, String::from_utf8(samples(20_000)).unwrap()));
+    lines.push(format!(
+        r#"{{"op": "evaluate", "body": {}}}"#,
+        String::from_utf8(samples(20_000)).unwrap()
+    ));
     lines.join("\n") + "\n"
 }
 
 /// Every endpoint, and every kind of refusal.
 fn asks() -> Vec<Ask> {
     let json = "application/json";
-    let examples = examples().into_iter().map(|(path, _, body)| Ask::post(path, json, body.to_string(), 200));
-    let raw = |count| Ask { accept: Some(RAW), ..Ask::post("/v1/evaluate", json, samples(count), 200) };
+    let examples =
+        examples().into_iter().map(|(path, _, body)| Ask::post(path, json, body.to_string(), 200));
+    let raw =
+        |count| Ask { accept: Some(RAW), ..Ask::post("/v1/evaluate", json, samples(count), 200) };
     let more = [
         Ask::post("/v1/evaluate", json, samples(1_000), 200),
         Ask::post("/v1/evaluate?precision=6&layout=flat", json, samples(30_000), 200),
@@ -167,7 +212,8 @@ fn asks() -> Vec<Ask> {
     examples.chain(more).collect()
 }
 
-/// One connection, kept open: an answer that is longer or shorter than it says would spoil the next.
+/// One connection, kept open: an answer that is longer or shorter than it says would spoil the
+/// next.
 struct Connection {
     stream: BufReader<TcpStream>,
     address: String,
@@ -175,16 +221,24 @@ struct Connection {
 
 impl Connection {
     fn open(server: &Server) -> Self {
-        Connection { stream: BufReader::new(TcpStream::connect(&server.address).unwrap()), address: server.address.clone() }
+        Connection {
+            stream: BufReader::new(TcpStream::connect(&server.address).unwrap()),
+            address: server.address.clone(),
+        }
     }
 
     fn ask(&mut self, method: &str, ask: &Ask, headers: &[&str]) -> Answer {
-        let mut head = format!("{method} {} HTTP/1.1\r\nHost: {}\r\n", ask.path, self.address).into_bytes();
-        let own = |line: &&&str| ask.accept.is_none() || !line.to_ascii_lowercase().starts_with("accept:");
+        let mut head =
+            format!("{method} {} HTTP/1.1\r\nHost: {}\r\n", ask.path, self.address).into_bytes();
+        let own = |line: &&&str| {
+            ask.accept.is_none() || !line.to_ascii_lowercase().starts_with("accept:")
+        };
         let sent = headers.iter().filter(own).map(|line| line.as_bytes().to_vec());
         let accept = ask.accept.map(|accept| format!("Accept: {accept}").into_bytes());
-        let body =
-            (ask.method == "POST").then(|| format!("Content-Type: {}\r\nContent-Length: {}", ask.media_type, ask.body.len()).into_bytes());
+        let body = (ask.method == "POST").then(|| {
+            format!("Content-Type: {}\r\nContent-Length: {}", ask.media_type, ask.body.len())
+                .into_bytes()
+        });
         for line in sent.chain(accept).chain(body) {
             head.extend([line.as_slice(), b"\r\n"].concat());
         }
@@ -203,12 +257,13 @@ impl Connection {
             assert!(self.stream.read_until(b'\n', &mut head).unwrap() > 0, "closed after {head:?}");
         }
         let mut answer = Answer::parse(&head);
-        answer.body = match (is_head, answer.header("transfer-encoding"), answer.header("content-length")) {
-            (true, ..) => Vec::new(),
-            (_, "chunked", "") => self.chunks(),
-            (_, "", length) => self.exactly(length.parse().unwrap()),
-            both => panic!("two lengths: {both:?}"),
-        };
+        answer.body =
+            match (is_head, answer.header("transfer-encoding"), answer.header("content-length")) {
+                (true, ..) => Vec::new(),
+                (_, "chunked", "") => self.chunks(),
+                (_, "", length) => self.exactly(length.parse().unwrap()),
+                both => panic!("two lengths: {both:?}"),
+            };
         answer
     }
 
@@ -223,7 +278,8 @@ impl Connection {
         loop {
             let mut size = String::new();
             self.stream.read_line(&mut size).unwrap();
-            let size = usize::from_str_radix(size.trim(), 16).unwrap_or_else(|_| panic!("no chunk: {size:?}"));
+            let size = usize::from_str_radix(size.trim(), 16)
+                .unwrap_or_else(|_| panic!("no chunk: {size:?}"));
             body.extend(self.exactly(size));
             assert_eq!(self.exactly(2), b"\r\n");
             if size == 0 {
@@ -233,14 +289,16 @@ impl Connection {
     }
 }
 
-/// The body as it was before it was coded: one gzip member or zstd frame, as many clients read no more.
+/// The body as it was before it was coded: one gzip member or zstd frame, as many clients read no
+/// more.
 fn decoded(answer: &Answer) -> Vec<u8> {
     let (mut rest, mut text) = (answer.body.as_slice(), Vec::new());
     match answer.header("content-encoding") {
         "" => return answer.body.clone(),
         "gzip" => _ = flate2::bufread::GzDecoder::new(&mut rest).read_to_end(&mut text).unwrap(),
         "zstd" => {
-            let mut decoder = zstd::stream::read::Decoder::with_buffer(&mut rest).unwrap().single_frame();
+            let mut decoder =
+                zstd::stream::read::Decoder::with_buffer(&mut rest).unwrap().single_frame();
             decoder.read_to_end(&mut text).unwrap();
         }
         other => panic!("nobody asked for {other}"),
@@ -282,7 +340,8 @@ fn check_headers(ask: &Ask, answer: &Answer, compression: &str, what: &str) {
 
 #[test]
 fn every_program_reads_the_same_from_every_endpoint() {
-    let servers = ["off", "on"].map(|compression| (compression, Server::with(&["--compression", compression])));
+    let servers = ["off", "on"]
+        .map(|compression| (compression, Server::with(&["--compression", compression])));
     let asks = asks();
     let mut bare = Connection::open(&servers[0].1);
     let plain: Vec<Vec<u8>> = asks.iter().map(|ask| bare.ask(ask.method, ask, &[]).body).collect();
@@ -294,16 +353,29 @@ fn every_program_reads_the_same_from_every_endpoint() {
                 let answer = connection.ask(ask.method, ask, program.headers);
                 check_headers(ask, &answer, compression, &what);
                 let is_long = plain.len() >= 1_024 || ask.path == "/v1/batch";
-                let coding = if *compression == "on" && ask.is_compressible() && is_long { program.coding } else { "" };
+                let coding = if *compression == "on" && ask.is_compressible() && is_long {
+                    program.coding
+                } else {
+                    ""
+                };
                 assert_eq!(answer.header("content-encoding"), coding, "{what}");
-                assert!(coding.is_empty() || plain.len() < 10_000 || 2 * answer.body.len() < plain.len(), "{what}");
+                assert!(
+                    coding.is_empty()
+                        || plain.len() < 10_000
+                        || 2 * answer.body.len() < plain.len(),
+                    "{what}"
+                );
                 let text = comparable(ask, &decoded(&answer));
                 // Where there is nothing, who reads pages gets one.
                 if matches!(ask.status, 404 | 405) && program.name.starts_with("address bar") {
                     assert!(text.starts_with(b"<!DOCTYPE html>"), "{what}");
                     continue;
                 }
-                assert!(text == comparable(ask, plain), "{what}: {}", String::from_utf8_lossy(&text));
+                assert!(
+                    text == comparable(ask, plain),
+                    "{what}: {}",
+                    String::from_utf8_lossy(&text)
+                );
             }
         }
         let metrics = server.get("/metrics").text();
@@ -313,7 +385,8 @@ fn every_program_reads_the_same_from_every_endpoint() {
 
 #[test]
 fn every_list_of_codings_has_a_defined_answer() {
-    let servers = ["off", "on"].map(|compression| (compression, Server::with(&["--compression", compression])));
+    let servers = ["off", "on"]
+        .map(|compression| (compression, Server::with(&["--compression", compression])));
     let ask = Ask::post("/v1/evaluate", "application/json", samples(2_000), 200);
     let plain = Connection::open(&servers[0].1).ask("POST", &ask, &[]).body;
     // What is sent, and what comes where compression is on.
@@ -339,7 +412,11 @@ fn every_list_of_codings_has_a_defined_answer() {
         for (sent, coding) in lists {
             let answer = connection.ask("POST", &ask, sent);
             check_headers(&ask, &answer, compression, &format!("{sent:?}"));
-            assert_eq!(answer.header("content-encoding"), if *compression == "on" { coding } else { "" }, "{sent:?}");
+            assert_eq!(
+                answer.header("content-encoding"),
+                if *compression == "on" { coding } else { "" },
+                "{sent:?}"
+            );
             assert!(decoded(&answer) == plain, "{sent:?}");
         }
     }
@@ -351,13 +428,20 @@ fn head_says_what_get_would() {
     let mut connection = Connection::open(&server);
     for ask in asks().iter().filter(|ask| ask.method == "GET") {
         for program in PROGRAMS {
-            let (get, head) = (connection.ask("GET", ask, program.headers), connection.ask("HEAD", ask, program.headers));
+            let (get, head) = (
+                connection.ask("GET", ask, program.headers),
+                connection.ask("HEAD", ask, program.headers),
+            );
             assert_eq!(head.status, get.status, "{}", ask.path);
             assert_eq!(head.header("content-type"), get.header("content-type"), "{}", ask.path);
             let length = head.header("content-length");
             // What is refused names the method, what is counted grows.
             let differs = get.status == 405 || ask.path == "/metrics";
-            assert!(length.is_empty() || differs || length == get.header("content-length"), "{}: {length}", ask.path);
+            assert!(
+                length.is_empty() || differs || length == get.header("content-length"),
+                "{}: {length}",
+                ask.path
+            );
         }
     }
 }
@@ -368,12 +452,20 @@ fn lines_arrive_packed_while_the_batch_is_sent() {
     let server = Server::with(&["--compression", "on"]);
     for coding in ["gzip", "zstd"] {
         let mut stream = TcpStream::connect(&server.address).unwrap();
-        let head = format!("POST /v1/batch HTTP/1.1\r\nHost: t\r\nContent-Type: {NDJSON}\r\nAccept-Encoding: {coding}\r\n");
+        let head = format!(
+            "POST /v1/batch HTTP/1.1\r\nHost: t\r\nContent-Type: {NDJSON}\r\nAccept-Encoding: {coding}\r\n"
+        );
         stream.write_all(format!("{head}Transfer-Encoding: chunked\r\n\r\n").as_bytes()).unwrap();
-        let mut connection = Connection { stream: BufReader::new(stream.try_clone().unwrap()), address: server.address.clone() };
+        let mut connection = Connection {
+            stream: BufReader::new(stream.try_clone().unwrap()),
+            address: server.address.clone(),
+        };
         let mut packed = Vec::new();
         for i in 1..=3 {
-            let line = format!("{{\"op\": \"evaluate\", \"body\": {}}}\n", String::from_utf8(samples(3)).unwrap());
+            let line = format!(
+                "{{\"op\": \"evaluate\", \"body\": {}}}\n",
+                String::from_utf8(samples(3)).unwrap()
+            );
             write!(stream, "{:x}\r\n{line}\r\n", line.len()).unwrap();
             if i == 1 {
                 let mut head = Vec::new();
@@ -382,7 +474,9 @@ fn lines_arrive_packed_while_the_batch_is_sent() {
                 }
                 assert_eq!(Answer::parse(&head).header("content-encoding"), coding);
             }
-            while !String::from_utf8_lossy(&readable(coding, &packed)).contains(&format!("{{\"line\":{i},")) {
+            while !String::from_utf8_lossy(&readable(coding, &packed))
+                .contains(&format!("{{\"line\":{i},"))
+            {
                 let mut size = String::new();
                 connection.stream.read_line(&mut size).unwrap();
                 packed.extend(connection.exactly(usize::from_str_radix(size.trim(), 16).unwrap()));

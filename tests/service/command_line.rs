@@ -1,4 +1,5 @@
-//! The operations on the command line: help, files, numbers, errors, batches that are read while they are written.
+//! The operations on the command line: help, files, numbers, errors, batches that are read while
+//! they are written.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
@@ -68,7 +69,8 @@ fn every_operation_is_a_command_with_the_bytes_of_the_service() {
 
 #[test]
 fn a_picture_is_printed_as_svg() {
-    let body = r#"{"curves": [{"curve": {"family": "bezier", "control_points": [[0, 0], [1, 3]]}}]}"#;
+    let body =
+        r#"{"curves": [{"curve": {"family": "bezier", "control_points": [[0, 0], [1, 3]]}}]}"#;
     let svg = answered(&["render"], body);
     assert!(svg.starts_with("<svg xmlns=") && svg.ends_with("</svg>\n"), "{svg}");
 }
@@ -78,11 +80,17 @@ fn help_lists_every_operation_and_each_has_its_own_with_an_example_that_runs() {
     let (all, api) = (answered(&["--help"], ""), specification());
     for name in names() {
         let summary = api["paths"][format!("/v1/{name}")]["post"]["summary"].as_str().unwrap();
-        let listed =
-            all.lines().any(|line| line.trim_start().split_once(' ').is_some_and(|(n, about)| n == name && about.trim() == summary));
+        let listed = all.lines().any(|line| {
+            line.trim_start()
+                .split_once(' ')
+                .is_some_and(|(n, about)| n == name && about.trim() == summary)
+        });
         assert!(listed, "{name} is not in {all}");
         let help = answered(&[name, "--help"], "");
-        assert!(help.starts_with(summary) && help.contains("[FILE]") && !help.contains("--listen"), "{help}");
+        assert!(
+            help.starts_with(summary) && help.contains("[FILE]") && !help.contains("--listen"),
+            "{help}"
+        );
         assert_eq!(answered(&["help", name], ""), help);
         example_runs(name, &help);
     }
@@ -90,13 +98,22 @@ fn help_lists_every_operation_and_each_has_its_own_with_an_example_that_runs() {
 
 /// What follows `Example:` is pasted into a shell that knows the program.
 fn example_runs(name: &str, help: &str) {
-    let (_, script) = help.split_once("\n  echo '").unwrap_or_else(|| panic!("no example in {help}"));
+    let (_, script) =
+        help.split_once("\n  echo '").unwrap_or_else(|| panic!("no example in {help}"));
     let script = format!("echo '{}", script.split("\n\n").next().unwrap());
     let program = PathBuf::from(env!("CARGO_BIN_EXE_springline"));
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("example-{}", name.replace('/', "-")));
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
+        .join(format!("example-{}", name.replace('/', "-")));
     std::fs::create_dir_all(&folder).unwrap();
-    let path = std::env::join_paths([program.parent().unwrap(), "/usr/bin".as_ref(), "/bin".as_ref()]).unwrap();
-    let output = Command::new("sh").args(["-c", &script]).env("PATH", path).current_dir(&folder).output().unwrap();
+    let path =
+        std::env::join_paths([program.parent().unwrap(), "/usr/bin".as_ref(), "/bin".as_ref()])
+            .unwrap();
+    let output = Command::new("sh")
+        .args(["-c", &script])
+        .env("PATH", path)
+        .current_dir(&folder)
+        .output()
+        .unwrap();
     assert_eq!((output.status.code(), err(&output)), (Some(0), String::new()), "{script}");
     if script.ends_with("> picture.svg") {
         assert!(std::fs::read_to_string(folder.join("picture.svg")).unwrap().starts_with("<svg"));
@@ -107,21 +124,31 @@ fn example_runs(name: &str, help: &str) {
 
 #[test]
 fn operations_on_surfaces_can_be_typed_as_two_words() {
-    let (_, _, body) = examples().into_iter().find(|(path, ..)| *path == "/v1/surfaces/evaluate").unwrap();
+    let (_, _, body) =
+        examples().into_iter().find(|(path, ..)| *path == "/v1/surfaces/evaluate").unwrap();
     let body = body.to_string();
     assert_eq!(answered(&["surfaces", "evaluate"], &body), answered(&["surfaces/evaluate"], &body));
     let help = run(&["surfaces"], "");
     let listed = ["evaluate", "subdivide", "tessellate"];
-    assert!(help.status.code() == Some(2) && listed.iter().all(|name| err(&help).contains(name)), "{help:?}");
+    assert!(
+        help.status.code() == Some(2) && listed.iter().all(|name| err(&help).contains(name)),
+        "{help:?}"
+    );
 }
 
 #[test]
 fn a_misspelt_command_gets_a_suggestion() {
-    for (typed, meant) in
-        [("evaluat", "'evaluate'"), ("to-bsplin", "'to-bspline'"), ("surface/evaluate", "'surfaces/evaluate'"), ("bach", "'batch'")]
-    {
+    for (typed, meant) in [
+        ("evaluat", "'evaluate'"),
+        ("to-bsplin", "'to-bspline'"),
+        ("surface/evaluate", "'surfaces/evaluate'"),
+        ("bach", "'batch'"),
+    ] {
         let output = run(&[typed], "");
-        assert!(output.status.code() == Some(2) && err(&output).contains(meant), "{typed}: {output:?}");
+        assert!(
+            output.status.code() == Some(2) && err(&output).contains(meant),
+            "{typed}: {output:?}"
+        );
     }
 }
 
@@ -137,7 +164,10 @@ fn a_request_comes_from_a_file_or_from_standard_input() {
     for wrong in ["/no/such/file", "/"] {
         for command in ["evaluate", "batch"] {
             let output = run(&[command, wrong], "");
-            assert!(output.status.code() == Some(2) && err(&output).contains(&format!("{wrong}: ")), "{output:?}");
+            assert!(
+                output.status.code() == Some(2) && err(&output).contains(&format!("{wrong}: ")),
+                "{output:?}"
+            );
         }
     }
 }
@@ -145,13 +175,21 @@ fn a_request_comes_from_a_file_or_from_standard_input() {
 #[test]
 fn numbers_are_written_as_asked() {
     let thirds = REQUEST.replace("3]]", "0.1]]").replace("\"count\": 3", "\"count\": 4");
-    let points = |arguments: &[&str]| serde_json::from_str::<Value>(&answered(arguments, &thirds)).unwrap()["points"].clone();
+    let points = |arguments: &[&str]| {
+        serde_json::from_str::<Value>(&answered(arguments, &thirds)).unwrap()["points"].clone()
+    };
     assert_eq!(points(&["evaluate", "--precision", "2"])[1], json!([0.33, 0.033]));
     assert_eq!(points(&["evaluate", "--precision=single"])[1][0].to_string(), "0.33333334");
-    assert_eq!(points(&["evaluate", "--layout", "flat", "--precision=1"]), json!([0.0, 0.0, 0.3, 0.03, 0.7, 0.07, 1.0, 0.1]));
+    assert_eq!(
+        points(&["evaluate", "--layout", "flat", "--precision=1"]),
+        json!([0.0, 0.0, 0.3, 0.03, 0.7, 0.07, 1.0, 0.1])
+    );
     for wrong in ["0", "18", "double"] {
         let output = run(&["evaluate", "--precision", wrong], &thirds);
-        assert!(output.status.code() == Some(2) && err(&output).contains("full, single, or 1 to 17"), "{output:?}");
+        assert!(
+            output.status.code() == Some(2) && err(&output).contains("full, single, or 1 to 17"),
+            "{output:?}"
+        );
     }
     let batch = run(&["batch", "--layout=flat", "--precision=1"], LINE);
     assert!(out(&batch).contains("\"points\":[0.0,0.0,0.5,2.0,1.0,3.0]"), "{batch:?}");
@@ -160,7 +198,8 @@ fn numbers_are_written_as_asked() {
 #[test]
 fn an_answer_is_laid_out_for_people_where_they_ask() {
     let long = REQUEST.replace("\"count\": 3", "\"count\": 33");
-    let (pretty, compact) = (answered(&["evaluate", "--pretty"], &long), answered(&["evaluate", "--compact"], &long));
+    let (pretty, compact) =
+        (answered(&["evaluate", "--pretty"], &long), answered(&["evaluate", "--compact"], &long));
     assert!(pretty.lines().count() > 30 && compact.lines().count() == 1, "{pretty}");
     let bare = |text: &str| text.chars().filter(|c| !c.is_whitespace()).collect::<String>();
     assert_eq!(bare(&pretty), bare(&compact));
@@ -173,7 +212,12 @@ fn a_refusal_is_text_for_people_and_json_for_programs() {
     let output = run(&["evaluate"], &wrong);
     assert_eq!((output.status.code(), out(&output)), (Some(1), String::new()));
     let text = err(&output);
-    assert!(text.starts_with("springline evaluate: ") && text.contains("\n  /sampling/count: ") && !text.contains('{'), "{text}");
+    assert!(
+        text.starts_with("springline evaluate: ")
+            && text.contains("\n  /sampling/count: ")
+            && !text.contains('{'),
+        "{text}"
+    );
     assert!(text.ends_with("`springline evaluate --help` shows a request that works.\n"), "{text}");
     let broken = err(&run(&["evaluate"], "{\n  \"curve\" 1}"));
     assert!(broken.contains("(line 2, column 11)"), "{broken}");
@@ -181,7 +225,8 @@ fn a_refusal_is_text_for_people_and_json_for_programs() {
     assert_eq!((output.status.code(), out(&output)), (Some(1), String::new()));
     let problem: Value = serde_json::from_str(&err(&output)).unwrap();
     assert_eq!(problem, Server::start().post("/v1/evaluate", &wrong).json());
-    let missing: Value = serde_json::from_str(&err(&run(&["evaluate", "--json", "/no/such/file"], ""))).unwrap();
+    let missing: Value =
+        serde_json::from_str(&err(&run(&["evaluate", "--json", "/no/such/file"], ""))).unwrap();
     assert_eq!(missing["code"], "unreadable_file");
 }
 
@@ -197,22 +242,37 @@ fn the_page_on_the_command_line_shows_what_is_printed() {
 fn a_batch_ends_with_a_summary_and_strict_fails_where_a_line_did() {
     let (good, bad) = (format!("{LINE}\n\n{LINE}\n"), format!("{LINE}\n{{}}\n[]\n{LINE}\n"));
     let output = run(&["batch", "--strict"], &good);
-    assert!(output.status.success() && err(&output).starts_with("springline batch: 2 lines, 0 failed, "), "{output:?}");
+    assert!(
+        output.status.success()
+            && err(&output).starts_with("springline batch: 2 lines, 0 failed, "),
+        "{output:?}"
+    );
     for (arguments, code) in [(["batch"].as_slice(), 0), (&["batch", "--strict"], 1)] {
         let output = run(arguments, &bad);
-        assert!(output.status.code() == Some(code) && err(&output).starts_with("springline batch: 4 lines, 2 failed, "), "{output:?}");
+        assert!(
+            output.status.code() == Some(code)
+                && err(&output).starts_with("springline batch: 4 lines, 2 failed, "),
+            "{output:?}"
+        );
         assert_eq!(out(&output).lines().filter(|line| line.contains("\"problem\"")).count(), 2);
     }
     let summary: Value = serde_json::from_str(&err(&run(&["batch", "--json"], &bad))).unwrap();
-    assert_eq!((&summary["lines"], &summary["failed"], summary["seconds"].is_number()), (&json!(4), &json!(2), true));
+    assert_eq!(
+        (&summary["lines"], &summary["failed"], summary["seconds"].is_number()),
+        (&json!(4), &json!(2), true)
+    );
     assert_eq!(err(&run(&["batch", "--quiet"], &bad)), "");
 }
 
 #[test]
 fn a_line_too_long_for_a_request_ends_the_batch() {
     let output = run(&["batch", "--strict"], &format!("{LINE}\n{}", "x".repeat(40 << 20)));
-    let lines: Vec<Value> = out(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    assert_eq!((lines.len(), &lines[1]["line"], &lines[1]["problem"]["code"]), (2, &json!(2), &json!("too_large")));
+    let lines: Vec<Value> =
+        out(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(
+        (lines.len(), &lines[1]["line"], &lines[1]["problem"]["code"]),
+        (2, &json!(2), &json!("too_large"))
+    );
     assert_eq!(output.status.code(), Some(1));
 }
 
@@ -225,7 +285,13 @@ fn soon<T: Send + 'static>(read: impl FnOnce() -> T + Send + 'static) -> T {
 
 #[test]
 fn a_batch_answers_each_line_before_the_next_is_sent() {
-    let mut child = binary().arg("batch").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child = binary()
+        .arg("batch")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
     let mut input = child.stdin.take().unwrap();
     let mut output = BufReader::new(child.stdout.take().unwrap());
     for number in 1..=3 {
@@ -245,10 +311,17 @@ fn a_batch_answers_each_line_before_the_next_is_sent() {
 #[test]
 fn a_reader_that_has_seen_enough_ends_the_program_quietly() {
     let lines = format!("{LINE}\n").repeat(20_000);
-    let commands: [(&[&str], &str); 4] = [(&["batch"], &lines), (&["openapi"], ""), (&["config"], ""), (&["evaluate"], REQUEST)];
+    let commands: [(&[&str], &str); 4] =
+        [(&["batch"], &lines), (&["openapi"], ""), (&["config"], ""), (&["evaluate"], REQUEST)];
     for (arguments, input) in commands {
         let mut command = binary();
-        let mut child = command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = command
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
         let mut stdin = child.stdin.take().unwrap();
         let mut stdout = child.stdout.take().unwrap();
         if arguments == ["batch"] {
@@ -257,7 +330,8 @@ fn a_reader_that_has_seen_enough_ends_the_program_quietly() {
             stdout.read_exact(&mut [0; 1]).unwrap();
             drop(stdout);
         } else {
-            // Closed before anything is printed, where the program waits for its request; a race it may win otherwise.
+            // Closed before anything is printed, where the program waits for its request; a race it
+            // may win otherwise.
             drop(stdout);
             let _ = stdin.write_all(input.as_bytes());
             drop(stdin);
@@ -281,7 +355,11 @@ mod on_a_terminal {
             let terminal = openpty(None, None).unwrap();
             let mut keyboard = File::from(terminal.master);
             let mut program = binary();
-            program.arg(command).stdin(terminal.slave).stdout(Stdio::piped()).stderr(Stdio::piped());
+            program
+                .arg(command)
+                .stdin(terminal.slave)
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped());
             let mut child = program.spawn().unwrap();
             let mut stderr = BufReader::new(child.stderr.take().unwrap());
             let hint = soon(move || {
@@ -289,7 +367,11 @@ mod on_a_terminal {
                 stderr.read_line(&mut line).unwrap();
                 line
             });
-            assert!(hint.contains(&format!("reads {what} from standard input")) && hint.contains("Ctrl-D"), "{hint}");
+            assert!(
+                hint.contains(&format!("reads {what} from standard input"))
+                    && hint.contains("Ctrl-D"),
+                "{hint}"
+            );
             let typed = if command == "batch" { LINE } else { REQUEST };
             keyboard.write_all(format!("{typed}\n\x04").as_bytes()).unwrap();
             let output = soon(move || child.wait_with_output()).unwrap();
@@ -312,7 +394,12 @@ mod on_a_terminal {
         for (spacing, lines) in [(None, 30..99), (Some("--compact"), 1..2)] {
             let terminal = openpty(None, None).unwrap();
             let mut program = binary();
-            program.arg("evaluate").arg(&path).args(spacing).stdin(Stdio::null()).stdout(terminal.slave);
+            program
+                .arg("evaluate")
+                .arg(&path)
+                .args(spacing)
+                .stdin(Stdio::null())
+                .stdout(terminal.slave);
             let mut child = program.spawn().unwrap();
             // It holds the terminal open.
             drop(program);

@@ -28,8 +28,19 @@ fn resolved(value: Value, numbers: &[u8]) -> Value {
     match value {
         Value::Array(items) => items.into_iter().map(|item| resolved(item, numbers)).collect(),
         Value::Object(fields) => match (fields.get("$f64"), fields.get("$f32")) {
-            (Some(place), _) => rows(place, numbers.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()),
-            (_, Some(place)) => rows(place, numbers.as_chunks().0.iter().map(|bytes| f64::from(f32::from_le_bytes(*bytes))).collect()),
+            (Some(place), _) => rows(
+                place,
+                numbers.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect(),
+            ),
+            (_, Some(place)) => rows(
+                place,
+                numbers
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .map(|bytes| f64::from(f32::from_le_bytes(*bytes)))
+                    .collect(),
+            ),
             _ => fields.into_iter().map(|(key, field)| (key, resolved(field, numbers))).collect(),
         },
         other => other,
@@ -58,9 +69,11 @@ fn raw_answers_hold_the_same_doubles() {
 }
 
 fn same(plain: &Value, raw: &Value, name: &str) {
-    let bits = |value: &Value| numbers(value).iter().map(|number| number.to_bits()).collect::<Vec<_>>();
+    let bits =
+        |value: &Value| numbers(value).iter().map(|number| number.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(plain), bits(raw), "{name}");
-    let shape = |value: &Value| places(value).into_iter().map(|(place, _)| place).collect::<Vec<_>>();
+    let shape =
+        |value: &Value| places(value).into_iter().map(|(place, _)| place).collect::<Vec<_>>();
     assert_eq!(shape(plain), shape(raw), "{name}");
 }
 
@@ -72,19 +85,26 @@ fn numbers_are_rounded_as_asked() {
     let exact = numbers(&server.ok("/v1/evaluate", &body));
     for (precision, bound) in [("single", 6e-8), ("3", 5.1e-3), ("15", 5.1e-15)] {
         for accept in ["application/json", RAW] {
-            let answer = ask(&server, &format!("/v1/evaluate?precision={precision}"), accept, &body);
+            let answer =
+                ask(&server, &format!("/v1/evaluate?precision={precision}"), accept, &body);
             let answer = if accept == RAW { decoded(&answer.body) } else { answer.json() };
             let found = numbers(&answer);
             assert_eq!(found.len(), exact.len());
             for (found, exact) in found.iter().zip(&exact) {
-                assert!((found - exact).abs() <= bound * exact.abs(), "{precision}: {found} for {exact}");
+                assert!(
+                    (found - exact).abs() <= bound * exact.abs(),
+                    "{precision}: {found} for {exact}"
+                );
             }
             assert_ne!(found, exact, "{precision}: nothing was rounded");
         }
     }
     assert_eq!(numbers(&ask(&server, "/v1/evaluate?precision=17", "*/*", &body).json()), exact);
     for digits in 1..=17 {
-        let rounded: Vec<f64> = exact.iter().map(|number| format!("{number:.*e}", digits - 1).parse().unwrap()).collect();
+        let rounded: Vec<f64> = exact
+            .iter()
+            .map(|number| format!("{number:.*e}", digits - 1).parse().unwrap())
+            .collect();
         for accept in ["application/json", RAW] {
             let answer = ask(&server, &format!("/v1/evaluate?precision={digits}"), accept, &body);
             let answer = if accept == RAW { decoded(&answer.body) } else { answer.json() };
@@ -128,7 +148,9 @@ fn raw_requests_mean_the_same() {
         assert_eq!((answer.status, &answer.body), (200, &plain.body), "{}", answer.text());
     }
     let curve = r#"{"family": "bezier", "control_points": {"$f64": [3, 4, 2]}}"#;
-    let header = format!(r#"{{"curve": {curve}, "sampling": {{"kind": "parameters", "values": {{"$f64": [0, 3, 0]}}}}}}"#);
+    let header = format!(
+        r#"{{"curve": {curve}, "sampling": {{"kind": "parameters", "values": {{"$f64": [0, 3, 0]}}}}}}"#
+    );
     let numbers = [0.0, 0.25, 1.0, 0.0, 0.0, 1.0, 3.0, 4.0, 3.0, 5.0, 0.0];
     let answer = server.post_as("/v1/evaluate", Some(RAW), raw(&header, &numbers));
     assert_eq!(answer.json()["parameters"], json!([0.0, 0.25, 1.0]), "{}", answer.text());
@@ -153,7 +175,10 @@ fn broken_raw_requests_are_refused() {
     refused(b"SPRLINE2".iter().chain(&good[8..]).copied().collect(), None);
     refused(raw(r#"{"points": {"$f64": [0, 3, 2]}}"#, &[0.0; 4]), Some("/points"));
     refused(raw(r#"{"points": {"$f64": [0, 2, 4]}}"#, &[0.0; 8]), Some("/points"));
-    refused(raw(r#"{"points": {"$f64": [18446744073709551615, 2, 2]}}"#, &[0.0; 4]), Some("/points"));
+    refused(
+        raw(r#"{"points": {"$f64": [18446744073709551615, 2, 2]}}"#, &[0.0; 4]),
+        Some("/points"),
+    );
     refused(raw(r#"{"points": {"$f64": [0, 2, 2]}}"#, &[0.0, f64::NAN, 1.0, 1.0]), Some("/points"));
     refused(raw(r#"{"points": {"points": 1}}"#, &[]), None);
     // Nothing stands for numbers where there are none.
@@ -167,7 +192,11 @@ fn what_nobody_can_give_is_refused() {
     let (path, _, body) = examples().remove(0);
     let refused = |path: &str, accept: &str, status: u16, code: &str| {
         let answer = ask(&server, path, accept, &body);
-        assert_eq!((answer.status, answer.json()["code"].as_str()), (status, Some(code)), "{path} {accept}");
+        assert_eq!(
+            (answer.status, answer.json()["code"].as_str()),
+            (status, Some(code)),
+            "{path} {accept}"
+        );
     };
     refused(path, "text/html", 406, "not_acceptable");
     refused("/v1/render", "application/json", 406, "not_acceptable");
@@ -177,9 +206,13 @@ fn what_nobody_can_give_is_refused() {
     refused("/v1/evaluate?layout=flat&layout=flat", "*/*", 400, "bad_query");
 }
 
-/// Runs a script that reads and writes the raw format, where its runtime is there; it prints what it found as JSON.
+/// Runs a script that reads and writes the raw format, where its runtime is there; it prints what
+/// it found as JSON.
 fn script(program: &str, arguments: &[&str], probe: &[&str]) -> Option<Value> {
-    let there = std::process::Command::new(program).args(probe).output().is_ok_and(|output| output.status.success());
+    let there = std::process::Command::new(program)
+        .args(probe)
+        .output()
+        .is_ok_and(|output| output.status.success());
     if !there {
         eprintln!("{program} is not there: its reader is not tried");
         return None;
@@ -230,7 +263,8 @@ print(json.dumps(raw.decode(urllib.request.urlopen(request).read())['curve']['co
 fn answers_are_compressed_where_that_is_set_for_who_asks_from_a_size_on() {
     let encoding = |server: &Server, count: usize, headers: &str| {
         let curve = json!({"family": "bezier", "control_points": [[0, 0], [1, 3], [4, 3], [5, 0]]});
-        let body = json!({"curve": curve, "sampling": {"kind": "count", "count": count}}).to_string();
+        let body =
+            json!({"curve": curve, "sampling": {"kind": "count", "count": count}}).to_string();
         let head = format!(
             "POST /v1/evaluate HTTP/1.1\r\nhost: t\r\nconnection: close\r\ncontent-type: application/json\r\n{headers}content-length: {}\r\n\r\n{body}",
             body.len()
@@ -249,6 +283,10 @@ fn answers_are_compressed_where_that_is_set_for_who_asks_from_a_size_on() {
         assert_eq!(given, coding);
         assert!(2 * small < plain, "{coding}: {small} of {plain}");
         assert_eq!(encoding(&server, 2, headers).0, "", "small answers are not worth it");
-        assert_eq!(encoding(&server, 10_000, &format!("{headers}accept: {RAW}\r\n")).0, "", "numbers as bytes shrink little");
+        assert_eq!(
+            encoding(&server, 10_000, &format!("{headers}accept: {RAW}\r\n")).0,
+            "",
+            "numbers as bytes shrink little"
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! Hostile bodies and hostile connections, against the real binary and every operation: each gets an answer or a documented problem,
-//! and the service lives on.
+//! Hostile bodies and hostile connections, against the real binary and every operation: each gets
+//! an answer or a documented problem, and the service lives on.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -18,7 +18,8 @@ impl Bench {
         Bench { server: Server::start(), problem: problem_validator(&specification()) }
     }
 
-    /// Sends a body; the answer is a success or a short problem of one of these statuses, which say that no deadline has passed.
+    /// Sends a body; the answer is a success or a short problem of one of these statuses, which say
+    /// that no deadline has passed.
     fn send(&self, path: &str, body: &[u8], statuses: &[u16]) -> Answer {
         let answer = self.server.post(path, body);
         let what = format!("{path} {}", String::from_utf8_lossy(&body[..body.len().min(2_000)]));
@@ -58,7 +59,11 @@ fn with_text(body: &Value, place: &str, text: &str) -> Vec<u8> {
 /// Every place of every example, but only the first two items of a list.
 fn everywhere() -> impl Iterator<Item = (&'static str, Value, String)> {
     let of = |(path, _, body): (&'static str, &'static str, Value)| {
-        let places: Vec<_> = places(&body).into_iter().map(|(place, _)| place).filter(|place| near_the_start_of_lists(place)).collect();
+        let places: Vec<_> = places(&body)
+            .into_iter()
+            .map(|(place, _)| place)
+            .filter(|place| near_the_start_of_lists(place))
+            .collect();
         places.into_iter().map(move |place| (path, body.clone(), place))
     };
     examples().into_iter().flat_map(of)
@@ -72,10 +77,13 @@ fn nested(open: &str, shut: &str, depth: usize) -> String {
 fn nesting_of_any_depth_is_refused_in_every_place() {
     let bench = Bench::new();
     for (open, shut) in [("[", "]"), ("{\"a\":", "}"), ("[{\"a\":", "}]")] {
-        let texts: Vec<String> = [100, 127, 128].iter().map(|&depth| nested(open, shut, depth)).collect();
+        let texts: Vec<String> =
+            [100, 127, 128].iter().map(|&depth| nested(open, shut, depth)).collect();
         let endless = open.repeat(100_000);
         for (path, body, place) in everywhere() {
-            texts.iter().for_each(|text| drop(bench.send(path, &with_text(&body, &place, text), REFUSED)));
+            texts
+                .iter()
+                .for_each(|text| drop(bench.send(path, &with_text(&body, &place, text), REFUSED)));
         }
         for (path, _, body) in examples() {
             bench.send(path, endless.as_bytes(), REFUSED);
@@ -155,7 +163,9 @@ fn numbers_at_the_edge_of_doubles_are_taken_or_refused_in_every_place() {
     ];
     let (bench, numbers) = (Bench::new(), numbers.map(str::to_owned));
     for (path, body, place) in everywhere() {
-        numbers.iter().for_each(|text| drop(bench.send(path, &with_text(&body, &place, text), ANY)));
+        numbers
+            .iter()
+            .for_each(|text| drop(bench.send(path, &with_text(&body, &place, text), ANY)));
     }
 }
 
@@ -164,13 +174,31 @@ fn bytes_of_another_encoding_are_refused() {
     let bench = Bench::new();
     for (path, _, body) in examples() {
         let text = body.to_string();
-        let wide = |bytes: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(bytes).collect::<Vec<u8>>();
+        let wide =
+            |bytes: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(bytes).collect::<Vec<u8>>();
         let gzip = [b"\x1f\x8b\x08\x00".as_slice(), text.as_bytes()].concat();
-        let cases = [wide(u16::to_le_bytes), wide(u16::to_be_bytes), gzip, vec![0; 1000], vec![0xff; 1000], b"\xef\xbb\xbf{}".to_vec()];
+        let cases = [
+            wide(u16::to_le_bytes),
+            wide(u16::to_be_bytes),
+            gzip,
+            vec![0; 1000],
+            vec![0xff; 1000],
+            b"\xef\xbb\xbf{}".to_vec(),
+        ];
         cases.iter().for_each(|bytes| drop(bench.send(path, bytes, REFUSED)));
-        for bytes in [b"\"\xff\"".as_slice(), b"\"\xc3\"", b"\"\xed\xa0\x80\"", b"\"\xf8\x88\x80\x80\x80\"", b"\xc0\x80"] {
+        for bytes in [
+            b"\"\xff\"".as_slice(),
+            b"\"\xc3\"",
+            b"\"\xed\xa0\x80\"",
+            b"\"\xf8\x88\x80\x80\x80\"",
+            b"\xc0\x80",
+        ] {
             let (before, after) = text.split_at(1);
-            bench.send(path, &[before.as_bytes(), bytes, b":1,", after.as_bytes()].concat(), REFUSED);
+            bench.send(
+                path,
+                &[before.as_bytes(), bytes, b":1,", after.as_bytes()].concat(),
+                REFUSED,
+            );
         }
     }
 }
@@ -186,7 +214,11 @@ fn an_example_is_refused_wherever_it_is_cut_and_whatever_follows_it() {
         }
         for rest in ["x", "{}", " }", "\u{0}", ",", "null", &text] {
             let answer = bench.send(path, format!("{text}{rest}").as_bytes(), REFUSED);
-            assert_eq!((answer.json()["code"].as_str(), answer.pointer().as_str()), (Some("not_json"), ""), "{rest}");
+            assert_eq!(
+                (answer.json()["code"].as_str(), answer.pointer().as_str()),
+                (Some("not_json"), ""),
+                "{rest}"
+            );
         }
         bench.send(path, &b" \t\r\n".repeat(100_000), REFUSED);
     }
@@ -196,11 +228,22 @@ fn an_example_is_refused_wherever_it_is_cut_and_whatever_follows_it() {
 fn a_long_name_is_not_echoed_whole() {
     let bench = Bench::new();
     for (path, _, body) in examples() {
-        for (object, _) in objects(&body).into_iter().filter(|(place, _)| near_the_start_of_lists(place)) {
+        for (object, _) in
+            objects(&body).into_iter().filter(|(place, _)| near_the_start_of_lists(place))
+        {
             let count = if object.is_empty() { 333_333 } else { 3_333 };
             let long = "k~/".repeat(count);
-            let answer = bench.send(path, with_key(&body, &object, &long, json!(1)).to_string().as_bytes(), REFUSED);
-            assert!(answer.pointer().starts_with(&format!("{object}/k~0~1k")) && answer.pointer().contains("[...]"), "{}", answer.text());
+            let answer = bench.send(
+                path,
+                with_key(&body, &object, &long, json!(1)).to_string().as_bytes(),
+                REFUSED,
+            );
+            assert!(
+                answer.pointer().starts_with(&format!("{object}/k~0~1k"))
+                    && answer.pointer().contains("[...]"),
+                "{}",
+                answer.text()
+            );
         }
     }
 }
@@ -220,7 +263,10 @@ fn a_million_empty_lists_are_refused() {
 fn long_paths_methods_and_media_types_are_not_echoed_whole() {
     let bench = Bench::new();
     let long = "x".repeat(20_000);
-    let (get, type_of) = (bench.server.get(&format!("/{long}")), bench.server.post_as("/v1/evaluate", Some(&long), "{}"));
+    let (get, type_of) = (
+        bench.server.get(&format!("/{long}")),
+        bench.server.post_as("/v1/evaluate", Some(&long), "{}"),
+    );
     let method = bench.server.method(&long[..5_000], "/v1/evaluate");
     for (answer, status) in [(get, 404), (type_of, 415), (method, 405)] {
         assert_eq!(answer.status, status, "{}", answer.text());
@@ -232,7 +278,8 @@ fn long_paths_methods_and_media_types_are_not_echoed_whole() {
 
 const HEAD: &str = "Host: test\r\nConnection: close\r\nContent-Type: application/json\r\n";
 
-/// What the server says to these pieces, sent one after the other, until it closes; and then, if not before, the sender closes too.
+/// What the server says to these pieces, sent one after the other, until it closes; and then, if
+/// not before, the sender closes too.
 fn converse(server: &Server, pieces: &[Vec<u8>], close: bool) -> String {
     let mut stream = TcpStream::connect(&server.address).unwrap();
     stream.set_nodelay(true).unwrap();
@@ -257,10 +304,14 @@ fn a_body_that_trickles_in_is_answered_like_any_other() {
         let text = body.to_string().into_bytes();
         let chunk = |byte: &u8| vec![b'1', b'\r', b'\n', *byte, b'\r', b'\n'];
         let chunks = text.iter().map(chunk).chain([b"0\r\n\r\n".to_vec()]);
-        let pieces: Vec<_> = std::iter::once(head(path, "Transfer-Encoding: chunked")).chain(chunks).collect();
+        let pieces: Vec<_> =
+            std::iter::once(head(path, "Transfer-Encoding: chunked")).chain(chunks).collect();
         let heard = converse(&bench.server, &pieces, false);
         let expected = bench.server.post_json(path, &body).text();
-        assert!(heard.starts_with("HTTP/1.1 200 ") && heard.ends_with(&expected), "{name}: {heard}");
+        assert!(
+            heard.starts_with("HTTP/1.1 200 ") && heard.ends_with(&expected),
+            "{name}: {heard}"
+        );
     }
 }
 
@@ -270,10 +321,18 @@ fn a_body_that_ends_early_gets_no_success() {
     for (path, _, body) in examples() {
         let text = body.to_string();
         let declared = head(path, &format!("Content-Length: {}", text.len() + 1));
-        let chunked = [head(path, "Transfer-Encoding: chunked"), format!("{:x}\r\n{text}\r\n", text.len()).into_bytes()].concat();
+        let chunked = [
+            head(path, "Transfer-Encoding: chunked"),
+            format!("{:x}\r\n{text}\r\n", text.len()).into_bytes(),
+        ]
+        .concat();
         for pieces in [[declared, text.clone().into_bytes()], [chunked, Vec::new()]] {
             let heard = converse(&bench.server, &pieces, true);
-            assert!(heard.is_empty() || heard.starts_with("HTTP/1.1 400 ") && heard.contains("unreadable_body"), "{path}: {heard}");
+            assert!(
+                heard.is_empty()
+                    || heard.starts_with("HTTP/1.1 400 ") && heard.contains("unreadable_body"),
+                "{path}: {heard}"
+            );
         }
     }
 }
@@ -282,7 +341,9 @@ fn a_body_that_ends_early_gets_no_success() {
 fn framing_that_contradicts_itself_gets_no_success() {
     let bench = Bench::new();
     for path in TABLE.iter().map(|entry| entry.path) {
-        let chunked = |body: &str| [head(path, "Transfer-Encoding: chunked"), body.as_bytes().to_vec()].concat();
+        let chunked = |body: &str| {
+            [head(path, "Transfer-Encoding: chunked"), body.as_bytes().to_vec()].concat()
+        };
         let with_body = |more: &str| [head(path, more), b"{}{}".to_vec()].concat();
         let requests = [
             chunked("x\r\n{}\r\n0\r\n\r\n"),
@@ -302,7 +363,11 @@ fn framing_that_contradicts_itself_gets_no_success() {
         for request in requests {
             let heard = converse(&bench.server, std::slice::from_ref(&request), true);
             let refused = heard.is_empty() || heard.starts_with("HTTP/1.1 4");
-            assert!(refused && heard.matches("HTTP/1.1").count() <= 1, "{}: {heard}", String::from_utf8_lossy(&request[..150]));
+            assert!(
+                refused && heard.matches("HTTP/1.1").count() <= 1,
+                "{}: {heard}",
+                String::from_utf8_lossy(&request[..150])
+            );
         }
     }
 }
@@ -312,10 +377,20 @@ fn a_list_that_no_curve_needs_is_refused_while_it_is_read() {
     let server = Server::start();
     let long = |item: &str| vec![item; 1_000_000].join(",");
     let curve = r#"{"family": "bezier", "control_points": [[0, 0], [1, 1]]}"#;
-    let values = format!(r#"{{"curve": {curve}, "sampling": {{"kind": "parameters", "values": [{}]}}}}"#, long("0"));
+    let values = format!(
+        r#"{{"curve": {curve}, "sampling": {{"kind": "parameters", "values": [{}]}}}}"#,
+        long("0")
+    );
     let points = format!(r#"{{"points": [{}]}}"#, long("[0,0]"));
-    for (path, body, pointer) in [("/v1/evaluate", values, "/sampling/values"), ("/v1/interpolate", points, "/points")] {
+    for (path, body, pointer) in
+        [("/v1/evaluate", values, "/sampling/values"), ("/v1/interpolate", points, "/points")]
+    {
         let answer = server.post(path, body);
-        assert_eq!((answer.status, answer.pointer().starts_with(pointer)), (413, true), "{}", answer.text());
+        assert_eq!(
+            (answer.status, answer.pointer().starts_with(pointer)),
+            (413, true),
+            "{}",
+            answer.text()
+        );
     }
 }

@@ -10,7 +10,12 @@ fn every_example_succeeds_with_an_answer_of_its_schema() {
     let (server, api) = (Server::start(), specification());
     for (path, name, body) in examples() {
         let answer = server.post_json(path, &body);
-        assert_eq!((answer.status, answer.header("content-type")), (200, media_type(path)), "{path} {name}: {}", answer.text());
+        assert_eq!(
+            (answer.status, answer.header("content-type")),
+            (200, media_type(path)),
+            "{path} {name}: {}",
+            answer.text()
+        );
         assert_valid(&answer_validator(&api, path), &answer.json(), name);
         assert!(!has_null(&answer.json()), "{name}");
     }
@@ -32,15 +37,35 @@ fn every_curve_returned_is_accepted_again_and_is_the_same_curve() {
     for (path, name, body) in examples() {
         let answer = server.ok(path, &body);
         let Some(curve) = answer.get("curve") else { continue };
-        let sampled = server.ok("/v1/evaluate", &json!({"curve": curve, "sampling": {"kind": "count", "count": 3}}));
+        let sampled = server.ok(
+            "/v1/evaluate",
+            &json!({"curve": curve, "sampling": {"kind": "count", "count": 3}}),
+        );
         let start = &curve["control_points"][0];
         if curve["family"] != "bspline" {
-            assert_eq!(numbers(&sampled["points"][0]), numbers(start), "{name} starts at its first control point");
-            let echoed = server.ok("/v1/subdivide", &json!({"curve": curve, "at": {"kind": "depth", "depth": 0}}))["curve"].take();
+            assert_eq!(
+                numbers(&sampled["points"][0]),
+                numbers(start),
+                "{name} starts at its first control point"
+            );
+            let echoed = server
+                .ok("/v1/subdivide", &json!({"curve": curve, "at": {"kind": "depth", "depth": 0}}))
+                ["curve"]
+                .take();
             let single = std::slice::from_ref(curve);
-            let exact = curve["bases"].as_array().map_or(single, Vec::as_slice).iter().all(|basis| basis["family"] == "bezier");
-            if echoed["order"] == curve["order"] || curve["family"] != "piecewise" && curve["family"] != "quasi-bezier" {
-                close(&numbers(&echoed["control_points"]), &numbers(&curve["control_points"]), if exact { 0.0 } else { 1e-13 });
+            let exact = curve["bases"]
+                .as_array()
+                .map_or(single, Vec::as_slice)
+                .iter()
+                .all(|basis| basis["family"] == "bezier");
+            if echoed["order"] == curve["order"]
+                || curve["family"] != "piecewise" && curve["family"] != "quasi-bezier"
+            {
+                close(
+                    &numbers(&echoed["control_points"]),
+                    &numbers(&curve["control_points"]),
+                    if exact { 0.0 } else { 1e-13 },
+                );
             }
         }
     }
@@ -48,7 +73,8 @@ fn every_curve_returned_is_accepted_again_and_is_the_same_curve() {
 
 fn close(found: &[f64], expected: &[f64], tolerance: f64) {
     let scale = expected.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    let near = found.len() == expected.len() && found.iter().zip(expected).all(|(x, y)| (x - y).abs() <= tolerance * scale);
+    let near = found.len() == expected.len()
+        && found.iter().zip(expected).all(|(x, y)| (x - y).abs() <= tolerance * scale);
     assert!(near, "{found:?} {expected:?}");
 }
 
@@ -78,10 +104,12 @@ fn same_bits(left: &[f64], right: &[f64]) {
 #[test]
 fn doubles_make_the_round_trip_exactly() {
     let server = Server::start();
-    let awkward = AWKWARD.iter().chain(&[f64::MAX / 16.0, f64::EPSILON]).copied().collect::<Vec<_>>();
+    let awkward =
+        AWKWARD.iter().chain(&[f64::MAX / 16.0, f64::EPSILON]).copied().collect::<Vec<_>>();
     let points: Vec<_> = awkward.chunks(2).map(|pair| pair.to_vec()).collect();
     let curve = json!({"family": "bezier", "control_points": points});
-    let answer = server.ok("/v1/subdivide", &json!({"curve": curve, "at": {"kind": "depth", "depth": 0}}));
+    let answer =
+        server.ok("/v1/subdivide", &json!({"curve": curve, "at": {"kind": "depth", "depth": 0}}));
     same_bits(&numbers(&answer["curve"]["control_points"]), &awkward);
 }
 
@@ -89,8 +117,12 @@ fn doubles_make_the_round_trip_exactly() {
 fn parameters_and_tolerances_are_echoed_exactly() {
     let server = Server::start();
     let curve = json!({"family": "bezier", "control_points": [[0, 0], [1, 1]]});
-    let inside: Vec<f64> = AWKWARD.into_iter().filter(|value| (0.0..=1.0).contains(value)).collect();
-    let answer = server.ok("/v1/evaluate", &json!({"curve": curve, "sampling": {"kind": "parameters", "values": inside}}));
+    let inside: Vec<f64> =
+        AWKWARD.into_iter().filter(|value| (0.0..=1.0).contains(value)).collect();
+    let answer = server.ok(
+        "/v1/evaluate",
+        &json!({"curve": curve, "sampling": {"kind": "parameters", "values": inside}}),
+    );
     same_bits(&numbers(&answer["parameters"]), &inside);
     let answer = server.ok("/v1/evaluate", &json!({"curve": curve, "sampling": {"kind": "tolerance", "tolerance": 0.30000000000000004}}));
     same_bits(&numbers(&answer["tolerance"]), &[0.30000000000000004]);
@@ -105,7 +137,8 @@ fn knots_are_echoed_exactly() {
     let answer = server.ok("/v1/interpolate", &request);
     same_bits(&numbers(&answer["curve"]["knots"]), &[0.1, 0.2, 0.30000000000000004, 1.0, 2.0]);
     let curve = json!({"family": "piecewise", "bases": [{"family": "bezier"}], "order": 1, "knots": knots, "control_points": points});
-    let answer = server.ok("/v1/subdivide", &json!({"curve": curve, "at": {"kind": "depth", "depth": 0}}));
+    let answer =
+        server.ok("/v1/subdivide", &json!({"curve": curve, "at": {"kind": "depth", "depth": 0}}));
     same_bits(&numbers(&answer["curve"]["knots"]), &knots);
 }
 
@@ -117,7 +150,11 @@ fn spelling_of_a_request_does_not_matter() {
         let pretty = format!("\r\n\t {}\n ", serde_json::to_string_pretty(&body).unwrap());
         assert_eq!(plain, server.post(path, pretty).body, "{name}");
         for media_type in ["application/json; charset=utf-8", "Application/JSON"] {
-            assert_eq!(plain, server.post_as(path, Some(media_type), body.to_string()).body, "{name} as {media_type}");
+            assert_eq!(
+                plain,
+                server.post_as(path, Some(media_type), body.to_string()).body,
+                "{name} as {media_type}"
+            );
         }
     }
 }
@@ -180,7 +217,8 @@ fn health_answers_json_of_its_schema() {
     for path in ["/livez", "/readyz"] {
         let answer = server.get(path);
         assert_eq!((answer.status, answer.header("content-type")), (200, "application/json"));
-        let schema = &api["paths"][path]["get"]["responses"]["200"]["content"]["application/json"]["schema"];
+        let schema =
+            &api["paths"][path]["get"]["responses"]["200"]["content"]["application/json"]["schema"];
         assert_valid(&validator(&api, schema), &answer.json(), path);
         assert_eq!(server.method("HEAD", path).status, 200);
     }
@@ -216,8 +254,13 @@ fn the_docs_load_only_files_of_this_server() {
 
 /// What a page's `src` and `href` attributes name.
 fn references(page: &str) -> BTreeSet<String> {
-    let of =
-        |attribute: &str| page.split(attribute).skip(1).filter_map(|rest| rest.split('"').next()).map(str::to_owned).collect::<Vec<_>>();
+    let of = |attribute: &str| {
+        page.split(attribute)
+            .skip(1)
+            .filter_map(|rest| rest.split('"').next())
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
     [of("src=\""), of("href=\"")].concat().into_iter().collect()
 }
 

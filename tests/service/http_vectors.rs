@@ -43,7 +43,9 @@ fn degree(vector: &Value) -> usize {
 fn derivative_scale(vector: &Value, k: usize) -> f64 {
     let length = numbers(&vector["domain"]).iter().rev().copied().reduce(|b, a| b - a).unwrap();
     let d = degree(vector);
-    (0..k).fold(largest(&vector["curve"]["control_points"]), |scale, i| scale * d.saturating_sub(i).max(1) as f64 * 2.0 / length)
+    (0..k).fold(largest(&vector["curve"]["control_points"]), |scale, i| {
+        scale * d.saturating_sub(i).max(1) as f64 * 2.0 / length
+    })
 }
 
 #[test]
@@ -56,8 +58,15 @@ fn evaluate() {
         assert_eq!(numbers(&answer["domain"]), numbers(&vector["domain"]));
         for (j, expected) in vector["expected"].as_array().unwrap().iter().enumerate() {
             for (k, expected) in expected.as_array().unwrap().iter().enumerate() {
-                let found = if k == 0 { &answer["points"][j] } else { &answer["derivatives"][k - 1][j] };
-                close(found, expected, derivative_scale(vector, k), 1e-14, &format!("vector {i}, sample {j}, derivative {k}"));
+                let found =
+                    if k == 0 { &answer["points"][j] } else { &answer["derivatives"][k - 1][j] };
+                close(
+                    found,
+                    expected,
+                    derivative_scale(vector, k),
+                    1e-14,
+                    &format!("vector {i}, sample {j}, derivative {k}"),
+                );
             }
         }
     }
@@ -68,9 +77,16 @@ fn subdivide() {
     let server = Server::start();
     for (i, vector) in vectors("subdivide").iter().enumerate() {
         let at = json!({"kind": "parameters", "values": [vector["at"]]});
-        let answer = server.ok("/v1/subdivide", &json!({"curve": vector["curve"], "at": at, "form": "bezier"}));
+        let answer = server
+            .ok("/v1/subdivide", &json!({"curve": vector["curve"], "at": at, "form": "bezier"}));
         let scale = largest(&vector["curve"]["control_points"]);
-        close(&answer["curve"]["control_points"], &vector["bezier"], scale, 1e-14, &format!("vector {i}"));
+        close(
+            &answer["curve"]["control_points"],
+            &vector["bezier"],
+            scale,
+            1e-14,
+            &format!("vector {i}"),
+        );
     }
 }
 
@@ -79,16 +95,27 @@ fn to_bspline() {
     let server = Server::start();
     for (i, vector) in vectors("to_bspline").iter().enumerate() {
         for (knots, expected) in [("uniform", "uniform_control_points"), ("clamped", "bezier")] {
-            let answer = server.ok("/v1/to-bspline", &json!({"curve": vector["curve"], "knots": knots}));
+            let answer =
+                server.ok("/v1/to-bspline", &json!({"curve": vector["curve"], "knots": knots}));
             let scale = largest(&vector["curve"]["control_points"]).max(largest(&vector[expected]));
-            close(&answer["curve"]["control_points"], &vector[expected], scale, 1e-14, &format!("vector {i}, {knots}"));
+            close(
+                &answer["curve"]["control_points"],
+                &vector[expected],
+                scale,
+                1e-14,
+                &format!("vector {i}, {knots}"),
+            );
         }
     }
 }
 
 fn interpolation(vector: &Value, basis: impl Fn(&Value) -> Value) -> Value {
     let kind = &vector["parameterization"];
-    let parameterization = if kind == "knots" { json!({"kind": kind, "knots": vector["knots"]}) } else { json!({"kind": kind}) };
+    let parameterization = if kind == "knots" {
+        json!({"kind": kind, "knots": vector["knots"]})
+    } else {
+        json!({"kind": kind})
+    };
     let bases: Vec<Value> = vector["betas"].as_array().unwrap().iter().map(basis).collect();
     let mut request = json!({"points": vector["points"], "closed": vector["closed"], "bases": bases, "parameterization": parameterization});
     for end in ["start", "end"] {
@@ -101,7 +128,11 @@ fn interpolation(vector: &Value, basis: impl Fn(&Value) -> Value) -> Value {
 
 /// The control points of segments as a piecewise curve has them: each joint once.
 fn joined(segments: &Value) -> Value {
-    let later = segments.as_array().unwrap().iter().flat_map(|segment| segment.as_array().unwrap()[1..].to_vec());
+    let later = segments
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|segment| segment.as_array().unwrap()[1..].to_vec());
     Value::Array(std::iter::once(segments[0][0].clone()).chain(later).collect())
 }
 
@@ -111,11 +142,23 @@ fn interpolate() {
     for (i, vector) in vectors("interpolate").iter().enumerate() {
         let forms = [("bezier_segments", json!("bezier")), ("beta_segments", json!("beta-bezier"))];
         for (expected, family) in forms {
-            let basis = |beta: &Value| if family == "bezier" { json!({"family": family}) } else { json!({"family": family, "beta": beta}) };
+            let basis = |beta: &Value| {
+                if family == "bezier" {
+                    json!({"family": family})
+                } else {
+                    json!({"family": family, "beta": beta})
+                }
+            };
             let answer = server.ok("/v1/interpolate", &interpolation(vector, basis));
             let expected = joined(&vector[expected]);
             let what = format!("vector {i}, {family}");
-            close(&answer["curve"]["knots"], &vector["knots"], largest(&vector["knots"]), 1e-13, &what);
+            close(
+                &answer["curve"]["knots"],
+                &vector["knots"],
+                largest(&vector["knots"]),
+                1e-13,
+                &what,
+            );
             close(&answer["curve"]["control_points"], &expected, largest(&expected), 1e-13, &what);
             assert_eq!(answer["continuity"]["class"], "C2", "{what}");
         }
@@ -136,7 +179,13 @@ fn fit() {
         let (expected, what) = (&vector["control_points"], format!("vector {i}"));
         close(&answer["curve"]["control_points"], expected, largest(expected), 1e-11, &what);
         for (found, expected) in [("max", "max_error"), ("rms", "rms_error")] {
-            close(&answer["error"][found], &vector[expected], largest(&vector["points"]), 1e-11, &what);
+            close(
+                &answer["error"][found],
+                &vector[expected],
+                largest(&vector["points"]),
+                1e-11,
+                &what,
+            );
         }
     }
 }

@@ -1,4 +1,11 @@
 //! The contract and the service, from outside: the binary as its clients and operators meet it.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unreachable,
+    reason = "a test ends where it fails"
+)]
 
 #[path = "../laws/mod.rs"]
 mod laws;

@@ -14,7 +14,8 @@ fn root() -> &'static Path {
 /// README.md and every page in docs/.
 fn pages() -> Vec<PathBuf> {
     let entries = fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
-    let mut pages: Vec<_> = entries.filter(|path| path.extension().is_some_and(|it| it == "md")).collect();
+    let mut pages: Vec<_> =
+        entries.filter(|path| path.extension().is_some_and(|it| it == "md")).collect();
     pages.push(root().join("README.md"));
     pages.sort();
     pages
@@ -78,7 +79,8 @@ fn the_answers_shown_are_the_answers_given() {
     for call in &calls {
         let answer = server.post(call.path(), call.body());
         if let Some(file) = call.file() {
-            let kept = fs::read_to_string(root().join("docs/images").join(file)).unwrap_or_default();
+            let kept =
+                fs::read_to_string(root().join("docs/images").join(file)).unwrap_or_default();
             assert!(answer.text() == kept, "docs/images/{file} is not the answer to its call");
             continue;
         }

@@ -32,7 +32,12 @@ fn effective(command: &mut Command) -> toml::Table {
 fn a_flag_goes_before_a_variable_before_the_file_before_the_default() {
     let path = file("order.toml", "queue = 1\nworkers = 1\ndrain = \"1s\"\n");
     let mut command = clean();
-    command.arg("--config").arg(&path).args(["--queue", "3"]).env("SPRINGLINE_QUEUE", "2").env("SPRINGLINE_WORKERS", "2");
+    command
+        .arg("--config")
+        .arg(&path)
+        .args(["--queue", "3"])
+        .env("SPRINGLINE_QUEUE", "2")
+        .env("SPRINGLINE_WORKERS", "2");
     let settings = effective(&mut command);
     assert_eq!(settings["queue"].as_integer(), Some(3), "the flag");
     assert_eq!(settings["workers"].as_integer(), Some(2), "the variable");
@@ -81,16 +86,31 @@ fn what_is_wrong_is_refused_by_name() {
     refused(clean().args(["--max-degree", "65"]), &["--max-degree", "64"]);
     refused(clean().args(["--quue", "1"]), &["--quue", "--queue"]);
     refused(clean().env("SPRINGLINE_DRAIN", "soon"), &["--drain", "soon"]);
-    refused(clean().arg("--config").arg(file("unknown.toml", "quue = 1")), &["unknown.toml", "quue"]);
-    refused(clean().arg("--config").arg(file("wrong.toml", "queue = \"many\"")), &["--queue", "many"]);
+    refused(
+        clean().arg("--config").arg(file("unknown.toml", "quue = 1")),
+        &["unknown.toml", "quue"],
+    );
+    refused(
+        clean().arg("--config").arg(file("wrong.toml", "queue = \"many\"")),
+        &["--queue", "many"],
+    );
     refused(clean().arg("--config").arg(file("kind.toml", "queue = 1.5")), &["kind.toml", "queue"]);
-    refused(clean().arg("--config").arg(file("broken.toml", "queue = ")), &["broken.toml", "line 1"]);
+    refused(
+        clean().arg("--config").arg(file("broken.toml", "queue = ")),
+        &["broken.toml", "line 1"],
+    );
     refused(clean().arg("--config=/no/such/file"), &["/no/such/file"]);
     refused(clean().args(["--tls-cert", "x.pem"]), &["tls-key"]);
     refused(clean().args(["--tls-cert", "x.pem", "--tls-key", "y.pem"]), &["tls-cert", "x.pem"]);
     refused(clean().args(["--cors-origins", "example.com"]), &["cors-origins", "example.com"]);
-    refused(clean().args(["--cors-origins", "https://example.com/app"]), &["cors-origins", "write https://example.com, without"]);
-    refused(clean().args(["--cors-origins", "https://*.example.com"]), &["cors-origins", "https://*.example.com"]);
+    refused(
+        clean().args(["--cors-origins", "https://example.com/app"]),
+        &["cors-origins", "write https://example.com, without"],
+    );
+    refused(
+        clean().args(["--cors-origins", "https://*.example.com"]),
+        &["cors-origins", "https://*.example.com"],
+    );
     refused(clean().args(["--cors-origins", "*,https://a.example"]), &["cors-origins", "*"]);
     refused(clean().args(["--api-keys", "a b"]), &["API key"]);
     refused(clean().args(["--api-keys-file", "/no/such/file"]), &["/no/such/file"]);
@@ -101,7 +121,11 @@ fn what_is_wrong_is_refused_by_name() {
 #[test]
 fn every_setting_has_a_variable_of_its_name() {
     let help = String::from_utf8(clean().arg("--help").output().unwrap().stdout).unwrap();
-    let flags: Vec<&str> = help.split("--").skip(1).filter_map(|rest| rest.split([' ', '\n', '.', ';']).next()).collect();
+    let flags: Vec<&str> = help
+        .split("--")
+        .skip(1)
+        .filter_map(|rest| rest.split([' ', '\n', '.', ';']).next())
+        .collect();
     let settings = flags.iter().filter(|flag| !["help", "version", "tls-key"].contains(flag));
     let mut count = 0;
     for flag in settings {
@@ -128,7 +152,10 @@ fn documented() -> Vec<(String, String)> {
     let settings = help.split("Settings:").nth(1).unwrap().split("\n      --").skip(1);
     let of = |text: &str| {
         let default = text.split("[default: ").nth(1).and_then(|rest| rest.split(']').next());
-        (text.split(' ').next().unwrap().to_owned(), default.map_or("none".to_owned(), |default| format!("`{default}`")))
+        (
+            text.split(' ').next().unwrap().to_owned(),
+            default.map_or("none".to_owned(), |default| format!("`{default}`")),
+        )
     };
     settings.map(of).collect()
 }
@@ -139,7 +166,10 @@ fn the_operators_page_lists_every_setting_with_its_default() {
     let settings = documented();
     assert!(settings.len() > 25, "{settings:?}");
     for (name, default) in settings {
-        assert!(page.contains(&format!("| `{name}` | {default} |")), "no row for {name} with {default}");
+        assert!(
+            page.contains(&format!("| `{name}` | {default} |")),
+            "no row for {name} with {default}"
+        );
     }
 }
 
@@ -157,6 +187,11 @@ fn the_operators_page_names_tests_that_exist() {
     assert!(count > 10, "{count}");
     let scripts = page.split("`scripts/").skip(1).filter_map(|rest| rest.split('`').next());
     for script in scripts {
-        assert!(std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scripts")).join(script).exists(), "no {script}");
+        assert!(
+            std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scripts"))
+                .join(script)
+                .exists(),
+            "no {script}"
+        );
     }
 }

@@ -4,14 +4,18 @@
 use crate::load::{Client, Process, get};
 use crate::support::Server;
 
-/// The process stands still while requests and the signal arrive, so that it finds all of them at once.
+/// The process stands still while requests and the signal arrive, so that it finds all of them at
+/// once.
 #[test]
 fn requests_that_arrive_together_with_the_signal_are_answered() {
     for _ in 0..5 {
         let mut server = Server::start();
         let process = Process(server.child.id());
         let open = || Client::open(&server.address).unwrap();
-        let kept: Vec<Client> = (0..20).map(|_| open()).map(|mut client| client.ask(&get("/livez")).map(|_| client).unwrap()).collect();
+        let kept: Vec<Client> = (0..20)
+            .map(|_| open())
+            .map(|mut client| client.ask(&get("/livez")).map(|_| client).unwrap())
+            .collect();
         process.signal("STOP");
         let mut clients: Vec<Client> = kept.into_iter().chain((0..20).map(|_| open())).collect();
         clients.iter_mut().for_each(|client| client.send(&get("/livez")).unwrap());

@@ -10,6 +10,7 @@ use std::sync::Mutex;
 
 use serde_json::{Map, Value};
 use springline::api::operations::{Entry, Example, TABLE};
+use ureq::http::{HeaderValue, Response};
 
 /// A running service on a port of its own; killed on drop.
 pub struct Server {
@@ -52,8 +53,13 @@ impl Server {
         let mut stdout = BufReader::new(child.stdout.take().unwrap());
         let mut greeting = String::new();
         stdout.read_line(&mut greeting).unwrap();
-        let address = greeting.trim().rsplit_once("://").expect("the greeting names an address").1.to_owned();
-        let agent = ureq::Agent::config_builder().http_status_as_error(false).max_redirects(0).build().into();
+        let address =
+            greeting.trim().rsplit_once("://").expect("the greeting names an address").1.to_owned();
+        let agent = ureq::Agent::config_builder()
+            .http_status_as_error(false)
+            .max_redirects(0)
+            .build()
+            .into();
         Server { child, greeting, address, agent, _stdout: stdout }
     }
 
@@ -76,12 +82,17 @@ impl Server {
 
     pub fn post_as(&self, path: &str, media_type: Option<&str>, body: impl AsRef<[u8]>) -> Answer {
         let request = self.agent.post(self.url(path));
-        let request = media_type.into_iter().fold(request, |request, value| request.header("content-type", value));
+        let request = media_type
+            .into_iter()
+            .fold(request, |request, value| request.header("content-type", value));
         Answer::of(request.send(body.as_ref()))
     }
 
     pub fn method(&self, method: &str, path: &str) -> Answer {
-        self.raw(format!("{method} {path} HTTP/1.1\r\nHost: test\r\nConnection: close\r\n\r\n").as_bytes())
+        self.raw(
+            format!("{method} {path} HTTP/1.1\r\nHost: test\r\nConnection: close\r\n\r\n")
+                .as_bytes(),
+        )
     }
 
     /// Sends bytes as they are; reads until the server closes.
@@ -114,8 +125,8 @@ impl Server {
         self.child.wait().unwrap()
     }
 
-    /// A metric by its name with labels. Asks again where the service closes the connection, as it may be set to do before a slow
-    /// machine has asked.
+    /// A metric by its name with labels. Asks again where the service closes the connection, as it
+    /// may be set to do before a slow machine has asked.
     pub fn metric(&self, name: &str) -> f64 {
         let request = b"GET /metrics HTTP/1.1\r\nhost: test\r\nconnection: close\r\n\r\n";
         let text = loop {
@@ -149,7 +160,8 @@ impl Log {
         Log(Mutex::new((BufReader::new(reader), Vec::new())))
     }
 
-    /// The first line with this text, when it comes. The command must be dropped by then, or its end of the log stays open.
+    /// The first line with this text, when it comes. The command must be dropped by then, or its
+    /// end of the log stays open.
     pub fn wait_for(&self, text: &str) -> String {
         let mut log = self.0.lock().unwrap();
         let (reader, lines) = &mut *log;
@@ -175,21 +187,38 @@ impl Drop for Server {
 }
 
 impl Answer {
-    fn of(result: Result<ureq::http::Response<ureq::Body>, ureq::Error>) -> Self {
+    fn of(result: Result<Response<ureq::Body>, ureq::Error>) -> Self {
         let mut response = result.unwrap();
-        let text = |value: &ureq::http::HeaderValue| value.to_str().unwrap_or("").to_owned();
-        let headers = response.headers().iter().map(|(name, value)| (name.to_string(), text(value))).collect();
+        let text = |value: &HeaderValue| value.to_str().unwrap_or("").to_owned();
+        let headers = response
+            .headers()
+            .iter()
+            .map(|(name, value)| (name.to_string(), text(value)))
+            .collect();
         let body = response.body_mut().with_config().limit(1 << 30).read_to_vec().unwrap();
         Answer { status: response.status().as_u16(), headers, body }
     }
 
     pub fn parse(text: &[u8]) -> Self {
-        let end = text.windows(4).position(|four| four == b"\r\n\r\n").unwrap_or_else(|| panic!("no answer: {text:?}"));
+        let end = text
+            .windows(4)
+            .position(|four| four == b"\r\n\r\n")
+            .unwrap_or_else(|| panic!("no answer: {text:?}"));
         let head = String::from_utf8_lossy(&text[..end]).into_owned();
         let mut lines = head.lines();
-        let status = lines.next().and_then(|line| line.split(' ').nth(1)).and_then(|code| code.parse().ok()).unwrap();
-        let header = |line: &str| line.split_once(": ").map(|(name, value)| (name.to_ascii_lowercase(), value.to_owned()));
-        Answer { status, headers: lines.filter_map(header).collect(), body: text[end + 4..].to_vec() }
+        let status = lines
+            .next()
+            .and_then(|line| line.split(' ').nth(1))
+            .and_then(|code| code.parse().ok())
+            .unwrap();
+        let header = |line: &str| {
+            line.split_once(": ").map(|(name, value)| (name.to_ascii_lowercase(), value.to_owned()))
+        };
+        Answer {
+            status,
+            headers: lines.filter_map(header).collect(),
+            body: text[end + 4..].to_vec(),
+        }
     }
 
     pub fn header(&self, name: &str) -> &str {
@@ -205,7 +234,8 @@ impl Answer {
         if self.header("content-type") == media_type("/v1/render") {
             return Value::String(self.text());
         }
-        serde_json::from_slice(&self.body).unwrap_or_else(|error| panic!("{error}: {}", self.text()))
+        serde_json::from_slice(&self.body)
+            .unwrap_or_else(|error| panic!("{error}: {}", self.text()))
     }
 
     /// Place and code of each item of `errors`.
@@ -228,7 +258,9 @@ impl Answer {
 /// Every example of every operation: path, name, body.
 pub fn examples() -> Vec<(&'static str, &'static str, Value)> {
     let of = |entry: &'static Entry| {
-        let parsed = |example: &'static Example| (entry.path, example.name, serde_json::from_str(example.body).unwrap());
+        let parsed = |example: &'static Example| {
+            (entry.path, example.name, serde_json::from_str(example.body).unwrap())
+        };
         entry.examples.iter().map(parsed)
     };
     TABLE.iter().flat_map(of).collect()
@@ -248,7 +280,10 @@ pub fn validator(api: &Value, schema: &Value) -> jsonschema::Validator {
 }
 
 pub fn request_validator(api: &Value, path: &str) -> jsonschema::Validator {
-    validator(api, &api["paths"][path]["post"]["requestBody"]["content"]["application/json"]["schema"])
+    validator(
+        api,
+        &api["paths"][path]["post"]["requestBody"]["content"]["application/json"]["schema"],
+    )
 }
 
 /// What an operation answers with when it succeeds.
@@ -264,7 +299,10 @@ pub fn media_type(path: &str) -> &'static str {
 }
 
 pub fn answer_validator(api: &Value, path: &str) -> jsonschema::Validator {
-    validator(api, &api["paths"][path]["post"]["responses"]["200"]["content"][media_type(path)]["schema"])
+    validator(
+        api,
+        &api["paths"][path]["post"]["responses"]["200"]["content"][media_type(path)]["schema"],
+    )
 }
 
 pub fn problem_validator(api: &Value) -> jsonschema::Validator {
@@ -272,7 +310,10 @@ pub fn problem_validator(api: &Value) -> jsonschema::Validator {
 }
 
 pub fn assert_valid(validator: &jsonschema::Validator, value: &Value, what: &str) {
-    let errors: Vec<String> = validator.iter_errors(value).map(|error| format!("{}: {error}", error.instance_path())).collect();
+    let errors: Vec<String> = validator
+        .iter_errors(value)
+        .map(|error| format!("{}: {error}", error.instance_path()))
+        .collect();
     assert!(errors.is_empty(), "{what}: {errors:#?}\n{value}");
 }
 
@@ -280,15 +321,21 @@ pub fn assert_valid(validator: &jsonschema::Validator, value: &Value, what: &str
 pub fn places(value: &Value) -> Vec<(String, Value)> {
     let mut found = vec![(String::new(), value.clone())];
     match value {
-        Value::Array(items) => items.iter().enumerate().for_each(|(i, item)| nest(&mut found, &i.to_string(), item)),
-        Value::Object(fields) => fields.iter().for_each(|(key, field)| nest(&mut found, key, field)),
+        Value::Array(items) => {
+            items.iter().enumerate().for_each(|(i, item)| nest(&mut found, &i.to_string(), item))
+        }
+        Value::Object(fields) => {
+            fields.iter().for_each(|(key, field)| nest(&mut found, key, field))
+        }
         _ => {}
     }
     found
 }
 
 fn nest(found: &mut Vec<(String, Value)>, step: &str, value: &Value) {
-    found.extend(places(value).into_iter().map(|(pointer, value)| (format!("/{step}{pointer}"), value)));
+    found.extend(
+        places(value).into_iter().map(|(pointer, value)| (format!("/{step}{pointer}"), value)),
+    );
 }
 
 /// The pointers of every object in a value.
@@ -330,5 +377,7 @@ pub fn numbers(value: &Value) -> Vec<f64> {
 
 /// Items of a list are alike: the first two stand for all.
 pub fn near_the_start_of_lists(place: &str) -> bool {
-    place.split('/').all(|step| step.parse::<usize>().is_ok_and(|index| index < 2) || step.parse::<usize>().is_err())
+    place.split('/').all(|step| {
+        step.parse::<usize>().is_ok_and(|index| index < 2) || step.parse::<usize>().is_err()
+    })
 }

@@ -27,8 +27,25 @@ impl Random {
 
 /// Values that fit hardly anywhere.
 pub fn hostile() -> Vec<Value> {
-    let numbers =
-        [0.0, -0.0, -1.0, 0.5, 2.0, 3.0, 64.0, 65.0, 5e-324, 1e-300, 1e-17, 1e17, 1e150, 1e308, -1e308, f64::MAX, 9007199254740993.0];
+    let numbers = [
+        0.0,
+        -0.0,
+        -1.0,
+        0.5,
+        2.0,
+        3.0,
+        64.0,
+        65.0,
+        5e-324,
+        1e-300,
+        1e-17,
+        1e17,
+        1e150,
+        1e308,
+        -1e308,
+        f64::MAX,
+        9007199254740993.0,
+    ];
     let others = [
         json!(null),
         json!(true),
@@ -66,19 +83,35 @@ pub fn mutate(value: &Value, random: &mut Random, hostile: &[Value]) -> Value {
     let (place, at) = random.pick(&known);
     match (random.next() % 8, at) {
         (0, _) => with(value, place, random.pick(&known).1.clone()),
-        (1, Value::Array(items)) if !items.is_empty() => with(value, place, shuffled(items, random)),
+        (1, Value::Array(items)) if !items.is_empty() => {
+            with(value, place, shuffled(items, random))
+        }
         (2, Value::Object(fields)) if !fields.is_empty() => {
             let keys: Vec<_> = fields.keys().collect();
             without_key(value, place, random.pick::<&String>(&keys))
         }
         (3, Value::Object(_)) => {
-            let keys =
-                ["beta", "lambda", "alpha", "closed", "basis", "bases", "derivatives", "form", "knots", "start", "report", "weights"];
+            let keys = [
+                "beta",
+                "lambda",
+                "alpha",
+                "closed",
+                "basis",
+                "bases",
+                "derivatives",
+                "form",
+                "knots",
+                "start",
+                "report",
+                "weights",
+            ];
             with_key(value, place, random.pick::<&str>(&keys), random.pick(hostile).clone())
         }
-        (4, Value::Number(number)) => {
-            with(value, place, json!(number.as_f64().unwrap() * random.pick(&[-1.0, 1e10, 1e-10, 1.0 + 1e-12, 1e200])))
-        }
+        (4, Value::Number(number)) => with(
+            value,
+            place,
+            json!(number.as_f64().unwrap() * random.pick(&[-1.0, 1e10, 1e-10, 1.0 + 1e-12, 1e200])),
+        ),
         _ => with(value, place, random.pick(hostile).clone()),
     }
 }
@@ -95,7 +128,8 @@ fn shuffled(items: &[Value], random: &mut Random) -> Value {
     Value::Array(items)
 }
 
-/// One change somewhere in a text: a byte replaced, put in or taken out, or a run of bytes given twice or taken out.
+/// One change somewhere in a text: a byte replaced, put in or taken out, or a run of bytes given
+/// twice or taken out.
 pub fn mangle(bytes: &mut Vec<u8>, random: &mut Random) {
     let byte = *random.pick(b"{}[]\",:.-+eE019\\/ \x00\x80\xff\xc3utnfl");
     let at = random.below(bytes.len() + 1);

@@ -1,6 +1,8 @@
-//! The service over loopback against the floor: server CPU for each request, and latencies, as ratios within one run.
+//! The service over loopback against the floor: server CPU for each request, and latencies, as
+//! ratios within one run.
 //!
-//! Each server has the first core to itself while it is driven, and the clients the second (`taskset`); the service logs as by default.
+//! Each server has the first core to itself while it is driven, and the clients the second
+//! (`taskset`); the service logs as by default.
 
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -126,7 +128,8 @@ fn made<O: Operation>(body: &Bytes) -> Ready {
     Ready { answer, length: text.len(), raw: written(Format { raw: true, ..Format::default() }).into() }
 }
 
-/// Reads the request, and writes the answer that the first such request got: as JSON into a buffer of the right size, or a copy of the raw one.
+/// Reads the request, and writes the answer that the first such request got: as JSON into a buffer
+/// of the right size, or a copy of the raw one.
 async fn ready<O: Operation>(known: Known, headers: HeaderMap, body: Bytes) -> Response {
     let request: O::Request = from_bytes(&Context::default(), &body).expect("the requests are good");
     let ready = known.lock().unwrap().entry(body.clone()).or_insert_with(|| Arc::new(made::<O>(&body))).clone();
@@ -346,7 +349,8 @@ fn move_to_the_second_core() {
     assert!(moved.is_ok_and(|status| status.success()), "this benchmark needs two cores and taskset, of util-linux");
 }
 
-/// What compression costs the server, of the same answer as it is: with the defaults and where it is set.
+/// What compression costs the server, of the same answer as it is: with the defaults and where it
+/// is set.
 fn compression() {
     const AS_IT_IS: &str = "accept-encoding: identity\r\n";
     const BROWSER: &str = "accept-encoding: gzip, deflate, br, zstd\r\n";
@@ -380,7 +384,8 @@ fn compression() {
     }
 }
 
-/// Curves a second in a batch, and in single requests of 32 clients; both server and clients share this machine.
+/// Curves a second in a batch, and in single requests of 32 clients; both server and clients share
+/// this machine.
 fn batch() {
     const LINES: usize = 50_000;
     const SINGLE: usize = 32;

@@ -1,13 +1,13 @@
 //! `basis`.
 
 use crate::api::cost::{Cost, Costed, Kind};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
+use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Basis, Whole, list, part, whole};
-use crate::core::context::Context;
 use crate::core::basis::Properties;
 use crate::core::basis_functions as core;
+use crate::core::context::Context;
 use crate::core::curve::within_degrees;
 use crate::core::error::{At, Error, both};
 use crate::core::limits;
@@ -55,7 +55,8 @@ crate::answer! {
     pub struct Property {
         /// The property.
         required name: PropertyName,
-        /// What it requires of the shape matrix M with entries m_ij, degree d and order n, and where that is shown.
+        /// What it requires of the shape matrix M with entries m_ij, degree d and order n, and
+        /// where that is shown.
         required requires: Requirement,
         /// Whether this matrix has it, to 1e-12.
         required holds: bool,
@@ -96,7 +97,8 @@ crate::answer! {
         required parameters: Vec<f64>,
         /// `functions[j][i]`: basis function j at `parameters[i]`.
         required functions: Vec<Vec<f64>>,
-        /// The shape matrix M, row after row: function j is the sum over i of m_ij times Bernstein polynomial i of degree d.
+        /// The shape matrix M, row after row: function j is the sum over i of m_ij times Bernstein
+        /// polynomial i of degree d.
         required shape_matrix: Vec<Vec<f64>>,
         /// Its 2-norm condition number; left out where it lacks rank.
         optional condition: f64,
@@ -132,8 +134,9 @@ impl Operation for BasisOperation {
     const ID: &str = "basis";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Look at a basis";
-    const DESCRIPTION: &str = "Its functions, sampled; its shape matrix; and which of the properties of Chen 2013 Table \
-        1 it has. Cost: samples times degree times order.";
+    const DESCRIPTION: &str = "\
+        Its functions, sampled; its shape matrix; and which of the properties of Chen 2013 \
+        Table 1 it has. Cost: samples times degree times order.";
     const ANSWERED: &str = "The basis.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
@@ -152,14 +155,18 @@ impl Operation for BasisOperation {
     }
 
     fn is_small(request: &BasisRequest) -> bool {
-        request.order.is_none_or(|order| order.0 <= 16) && request.count.is_none_or(|count| count.0 <= 100)
+        request.order.is_none_or(|order| order.0 <= 16)
+            && request.count.is_none_or(|count| count.0 <= 100)
     }
 }
 
 impl Costed for BasisRequest {
     fn cost(&self) -> Cost {
         let order = self.order.map_or(1, |order| order.0.min(64)) as f64;
-        Cost::new(Kind::Segments, 30.0 * self.count.map_or(100, |count| count.0) as f64 * order * (order + 1.0))
+        Cost::new(
+            Kind::Segments,
+            30.0 * self.count.map_or(100, |count| count.0) as f64 * order * (order + 1.0),
+        )
     }
 }
 
@@ -169,10 +176,20 @@ impl Request for BasisRequest {
     }
 }
 
-fn parts(context: &Context, basis: Option<Basis>, order: Option<Whole>, count: Option<Whole>) -> Result<(crate::core::basis::Basis, usize, usize), Error> {
+fn parts(
+    context: &Context,
+    basis: Option<Basis>,
+    order: Option<Whole>,
+    count: Option<Whole>,
+) -> Result<(crate::core::basis::Basis, usize, usize), Error> {
     let count = count.map_or(101, |whole| whole.0);
-    let order = part(order, "order", |order| Ok(within_degrees(context, "order", order.0).map(|()| order.0)?));
-    let ((basis, order), ()) = both(both(part(basis, "basis", |value| value.parse(context)), order), core::check_count(context, count).at("count"))?;
+    let order = part(order, "order", |order| {
+        Ok(within_degrees(context, "order", order.0).map(|()| order.0)?)
+    });
+    let ((basis, order), ()) = both(
+        both(part(basis, "basis", |value| value.parse(context)), order),
+        core::check_count(context, count).at("count"),
+    )?;
     Ok((basis, order, count))
 }
 

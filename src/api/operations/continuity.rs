@@ -1,9 +1,9 @@
 //! `continuity`.
 
 use crate::api::cost::{Cost, Costed, Kind, sizes};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
+use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Continuity, Curve, Dimensioned, ReportStyle, list, need, number};
 use crate::core::context::Context;
 use crate::core::continuity as core;
@@ -16,16 +16,20 @@ crate::object! {
     pub struct ContinuityRequest {
         /// The curve; exactly one of `curve` and `curves` is given.
         optional curve: Curve,
-        /// Curves laid end to end in this order, each over its own domain moved to where the one before ends.
+        /// Curves laid end to end in this order, each over its own domain moved to where the one
+        /// before ends.
         optional curves: Vec<Curve>,
-        /// Whether the last curve of `curves` is to join the first; default false. A single `curve` says so itself.
+        /// Whether the last curve of `curves` is to join the first; default false. A single `curve`
+        /// says so itself.
         optional closed: bool,
-        /// The relative tolerance, 0 < tolerance < 1: a jump of a derivative counts from this fraction of the derivative's largest
-        /// control vector on the two segments, a gap from this fraction of their extent, rounding errors aside. Default 1e-9.
+        /// The relative tolerance, 0 < tolerance < 1: a jump of a derivative counts from this
+        /// fraction of the derivative's largest control vector on the two segments, a gap from this
+        /// fraction of their extent, rounding errors aside. Default 1e-9.
         optional tolerance: f64 = number().exclusive_minimum(Some(0.0)).exclusive_maximum(Some(1.0)),
         /// A gap that is allowed besides, in the unit of the coordinates; default 0.
         optional gap_tolerance: f64 = number().minimum(Some(0.0)),
-        /// Whether to list every joint (`full`, the default) or only the largest values (`summary`).
+        /// Whether to list every joint (`full`, the default) or only the largest values
+        /// (`summary`).
         optional report: ReportStyle,
     }
 }
@@ -67,8 +71,9 @@ impl Operation for ContinuityOperation {
     const ID: &str = "continuity";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Measure how smoothly segments join";
-    const DESCRIPTION: &str = "Joint by joint: parametric classes C0 to C2 and geometric classes G1 and G2, told apart, \
-        with the gaps, angles and jumps behind them. Cost: linear in segments.";
+    const DESCRIPTION: &str = "\
+        Joint by joint: parametric classes C0 to C2 and geometric classes G1 and G2, told \
+        apart, with the gaps, angles and jumps behind them. Cost: linear in segments.";
     const ANSWERED: &str = "The report.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
@@ -76,21 +81,39 @@ impl Operation for ContinuityOperation {
         let style = request.report.unwrap_or(ReportStyle::Full);
         let (measured, tolerance) = parts(context, request)?;
         match measured {
-            Measured::One(Dimensioned::Plane(curve)) => report(context, &curve.composite(context).at("curve")?, curve.closed(), tolerance, style),
-            Measured::One(Dimensioned::Space(curve)) => report(context, &curve.composite(context).at("curve")?, curve.closed(), tolerance, style),
-            Measured::Several(curves, closed) => laid_end_to_end(context, curves, closed, tolerance, style),
+            Measured::One(Dimensioned::Plane(curve)) => report(
+                context,
+                &curve.composite(context).at("curve")?,
+                curve.closed(),
+                tolerance,
+                style,
+            ),
+            Measured::One(Dimensioned::Space(curve)) => report(
+                context,
+                &curve.composite(context).at("curve")?,
+                curve.closed(),
+                tolerance,
+                style,
+            ),
+            Measured::Several(curves, closed) => {
+                laid_end_to_end(context, curves, closed, tolerance, style)
+            }
         }
     }
 
     fn is_small(request: &ContinuityRequest) -> bool {
         let small = |curves: &Vec<Curve>| curves.len() <= 8 && curves.iter().all(Curve::is_small);
-        request.curve.as_ref().is_none_or(Curve::is_small) && request.curves.as_ref().is_none_or(small)
+        request.curve.as_ref().is_none_or(Curve::is_small)
+            && request.curves.as_ref().is_none_or(small)
     }
 }
 
 impl Costed for ContinuityRequest {
     fn cost(&self) -> Cost {
-        Cost::new(Kind::Segments, 300.0 * sizes(self.curve.iter().chain(self.curves.iter().flatten())))
+        Cost::new(
+            Kind::Segments,
+            300.0 * sizes(self.curve.iter().chain(self.curves.iter().flatten())),
+        )
     }
 }
 
@@ -108,31 +131,41 @@ enum Measured {
     Several(Curves, bool),
 }
 
-fn parts(context: &Context, request: ContinuityRequest) -> Result<(Measured, core::Tolerance), Error> {
+fn parts(
+    context: &Context,
+    request: ContinuityRequest,
+) -> Result<(Measured, core::Tolerance), Error> {
     let tolerance = tolerance(request.tolerance, request.gap_tolerance);
     let contradiction = |why: &str, field| Err(Fault::Contradiction(why.into()).at(field));
     let measured = match (request.curve, request.curves) {
         (Some(_), Some(_)) => contradiction("give `curve` or `curves`, not both", "curves"),
-        (Some(_), None) if request.closed.is_some() => {
-            contradiction("a curve says itself whether it is closed; `closed` goes with `curves`", "closed")
-        }
+        (Some(_), None) if request.closed.is_some() => contradiction(
+            "a curve says itself whether it is closed; `closed` goes with `curves`",
+            "closed",
+        ),
         (Some(curve), None) => curve.parse(context).at("curve").map(Measured::One),
-        (None, curves) => need(curves, "curve` or `curves").and_then(|curves| several(context, curves, request.closed.unwrap_or(false))),
+        (None, curves) => need(curves, "curve` or `curves")
+            .and_then(|curves| several(context, curves, request.closed.unwrap_or(false))),
     };
     both(measured, tolerance)
 }
 
 fn several(context: &Context, curves: Vec<Curve>, closed: bool) -> Result<Measured, Error> {
-    at_most("curves", curves.len(), context.limits.segments, "Measure them in groups").at("curves")?;
+    at_most("curves", curves.len(), context.limits.segments, "Measure them in groups")
+        .at("curves")?;
     Ok(Measured::Several(Dimensioned::parse_list(context, curves).at("curves")?, closed))
 }
 
 fn tolerance(relative: Option<f64>, gap: Option<f64>) -> Result<core::Tolerance, Error> {
     let default = core::Tolerance::default();
-    let tolerance = core::Tolerance { relative: relative.unwrap_or(default.relative), gap: gap.unwrap_or(default.gap) };
+    let tolerance = core::Tolerance {
+        relative: relative.unwrap_or(default.relative),
+        gap: gap.unwrap_or(default.gap),
+    };
     let gap = if tolerance.gap < 0.0 {
         let allowed = "0 or more, in the unit of the coordinates".into();
-        Err(Fault::OutOfRange { what: "gap_tolerance", value: tolerance.gap, allowed }.at("gap_tolerance"))
+        Err(Fault::OutOfRange { what: "gap_tolerance", value: tolerance.gap, allowed }
+            .at("gap_tolerance"))
     } else {
         Ok(())
     };
@@ -140,19 +173,33 @@ fn tolerance(relative: Option<f64>, gap: Option<f64>) -> Result<core::Tolerance,
     Ok(tolerance)
 }
 
-fn laid_end_to_end(context: &Context, curves: Curves, closed: bool, tolerance: core::Tolerance, style: ReportStyle) -> Result<ContinuityAnswer, Error> {
-    fn all<const D: usize>(context: &Context, curves: &[curve::Curve<D>]) -> Result<Composite<D>, Error> {
+fn laid_end_to_end(
+    context: &Context,
+    curves: Curves,
+    closed: bool,
+    tolerance: core::Tolerance,
+    style: ReportStyle,
+) -> Result<ContinuityAnswer, Error> {
+    fn all<const D: usize>(
+        context: &Context,
+        curves: &[curve::Curve<D>],
+    ) -> Result<Composite<D>, Error> {
         let parts = curves.iter().enumerate().map(|(i, curve)| curve.composite(context).at(i));
         Composite::end_to_end(context, &parts.collect::<Result<Vec<_>, _>>()?)
     }
     match curves {
-        Dimensioned::Plane(curves) => report(context, &all(context, &curves).at("curves")?, closed, tolerance, style),
-        Dimensioned::Space(curves) => report(context, &all(context, &curves).at("curves")?, closed, tolerance, style),
+        Dimensioned::Plane(curves) => {
+            report(context, &all(context, &curves).at("curves")?, closed, tolerance, style)
+        }
+        Dimensioned::Space(curves) => {
+            report(context, &all(context, &curves).at("curves")?, closed, tolerance, style)
+        }
     }
 }
 
 fn report<const D: usize>(
-    context: &Context, composite: &Composite<D>,
+    context: &Context,
+    composite: &Composite<D>,
     closed: bool,
     tolerance: core::Tolerance,
     style: ReportStyle,

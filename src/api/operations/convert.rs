@@ -1,9 +1,9 @@
 //! `convert`.
 
 use crate::api::cost::{Cost, Costed, Kind, size};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
+use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Curve, Dimensioned, Points, Target, Vector, Whole, part};
 use crate::core::context::Context;
 use crate::core::convert as core;
@@ -18,14 +18,15 @@ crate::object! {
         required curve: Curve,
         /// The basis wanted: `"bezier"`, or a basis with its shape parameters.
         required to: Target,
-        /// The order wanted, for degree elevation; default the degree of the curve, or the order of the basis where it has one of its own.
+        /// The order wanted, for degree elevation; default the degree of the curve, or the order of
+        /// the basis where it has one of its own.
         optional order: Whole,
     }
 }
 
 crate::object! {
-    /// How the Bezier points of a cubic beta-bezier segment are constructed (Cheng et al. Figure 4): Q1 = (r11 + beta r12) / (1 + beta)
-    /// and Q2 = (r21 + beta r22) / (1 + beta).
+    /// How the Bezier points of a cubic beta-bezier segment are constructed (Cheng et al. Figure
+    /// 4): Q1 = (r11 + beta r12) / (1 + beta) and Q2 = (r21 + beta r22) / (1 + beta).
     pub struct Construction {
         /// On the edge from P1 to P2, nearer to P1.
         required r11: Vector,
@@ -42,11 +43,14 @@ crate::nested!(Construction);
 crate::answer! {
     /// The curve in the other basis.
     pub struct ConvertAnswer {
-        /// The same curve. A single segment stays one, over the domain of the new basis; anything else becomes piecewise over its own domain.
+        /// The same curve. A single segment stays one, over the domain of the new basis; anything
+        /// else becomes piecewise over its own domain.
         required curve: Curve,
-        /// By how much the control points may amplify relative rounding errors: the 2-norm condition number of the new shape matrix.
+        /// By how much the control points may amplify relative rounding errors: the 2-norm
+        /// condition number of the new shape matrix.
         required condition: f64,
-        /// Where the input is cubic beta-bezier throughout: the construction of the Bezier points of each segment.
+        /// Where the input is cubic beta-bezier throughout: the construction of the Bezier points
+        /// of each segment.
         optional construction: Vec<Construction>,
     }
 }
@@ -78,8 +82,9 @@ impl Operation for Convert {
     const ID: &str = "convert";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Write a curve in another basis";
-    const DESCRIPTION: &str = "Exactly, or not at all: a basis without a way back from Bezier points is refused, and so \
-        is a lower degree. Cost: linear in segments.";
+    const DESCRIPTION: &str = "\
+        Exactly, or not at all: a basis without a way back from Bezier points is refused, and \
+        so is a lower degree. Cost: linear in segments.";
     const ANSWERED: &str = "The curve.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
@@ -109,11 +114,23 @@ impl Request for ConvertRequest {
     }
 }
 
-fn parts(context: &Context, curve: Option<Curve>, to: Option<Target>) -> Result<(Dimensioned, crate::core::basis::Basis), Error> {
-    both(part(curve, "curve", |value| value.parse(context)), part(to, "to", |to| to.into_basis().parse(context)))
+fn parts(
+    context: &Context,
+    curve: Option<Curve>,
+    to: Option<Target>,
+) -> Result<(Dimensioned, crate::core::basis::Basis), Error> {
+    both(
+        part(curve, "curve", |value| value.parse(context)),
+        part(to, "to", |to| to.into_basis().parse(context)),
+    )
 }
 
-fn convert<const D: usize>(context: &Context, curve: &curve::Curve<D>, basis: crate::core::basis::Basis, order: Option<usize>) -> Result<ConvertAnswer, Error>
+fn convert<const D: usize>(
+    context: &Context,
+    curve: &curve::Curve<D>,
+    basis: crate::core::basis::Basis,
+    order: Option<usize>,
+) -> Result<ConvertAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
     Vector: From<Point<D>>,

@@ -1,9 +1,9 @@
 //! `evaluate`.
 
 use crate::api::cost::{Cost, Costed, Kind, POINT_BYTES, order, size};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
+use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Curve, Dimensioned, Points, Whole, list, need, number, part, whole};
 use crate::core::context::Context;
 use crate::core::curve;
@@ -19,8 +19,8 @@ crate::union! {
         count: Whole = whole(2, limits::SAMPLES),
         /// Parameters inside the curve's domain, in any order; 1 to 200,000.
         values: Vec<f64> = list::<f64>(1, limits::SAMPLES),
-        /// The largest distance between the curve and the polyline through the samples, in the unit of the coordinates;
-        /// proved by a bound, not sampled. More than 0.
+        /// The largest distance between the curve and the polyline through the samples, in the unit
+        /// of the coordinates; proved by a bound, not sampled. More than 0.
         tolerance: f64 = number().exclusive_minimum(Some(0.0)),
     }
     /// A number of samples.
@@ -54,23 +54,27 @@ crate::object! {
         required curve: Curve,
         /// Where to sample.
         required sampling: Sampling,
-        /// How many orders of derivatives to return, 0 (the default) to 64, with respect to the curve's own parameter.
+        /// How many orders of derivatives to return, 0 (the default) to 64, with respect to the
+        /// curve's own parameter.
         optional derivatives: Whole = whole(0, limits::DEGREE),
-        /// Quantities of the moving frame to return; default none. The normal is the tangent turned left by 90 degrees in 2D and
-        /// the principal normal in 3D; the curvature is signed in 2D (positive turns left); torsion needs 3D.
+        /// Quantities of the moving frame to return; default none. The normal is the tangent turned
+        /// left by 90 degrees in 2D and the principal normal in 3D; the curvature is signed in 2D
+        /// (positive turns left); torsion needs 3D.
         optional quantities: Vec<Quantity>,
     }
 }
 
 crate::answer! {
-    /// A sample at which a quantity asked for does not exist; its entry there is 0 (or the zero vector).
+    /// A sample at which a quantity asked for does not exist; its entry there is 0 (or the zero
+    /// vector).
     pub struct Degenerate {
         /// The position in `parameters`, from 0.
         required index: Whole,
         /// The parameter.
         required parameter: f64,
-        /// `zero-speed`: the curve stops there within rounding, so it has no tangent, normal, curvature or torsion.
-        /// `zero-curvature`: a space curve is straight there, so it has no normal and no torsion.
+        /// `zero-speed`: the curve stops there within rounding, so it has no tangent, normal,
+        /// curvature or torsion. `zero-curvature`: a space curve is straight there, so it has no
+        /// normal and no torsion.
         required reason: DegenerateReason,
     }
 }
@@ -95,7 +99,8 @@ crate::answer! {
         required parameters: Vec<f64>,
         /// The points there.
         required points: Points,
-        /// `derivatives[k - 1][i]` is the k-th derivative at `parameters[i]`; from the right at a joint, from the left at the end.
+        /// `derivatives[k - 1][i]` is the k-th derivative at `parameters[i]`; from the right at a
+        /// joint, from the left at the end.
         optional derivatives: Vec<Points>,
         /// Unit tangents.
         optional tangent: Points,
@@ -146,14 +151,16 @@ impl Operation for Evaluate {
     const ID: &str = "evaluate";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Sample a curve";
-    const DESCRIPTION: &str = "Points, derivatives of any order, and the moving frame: tangent, normal, curvature, \
+    const DESCRIPTION: &str = "\
+        Points, derivatives of any order, and the moving frame: tangent, normal, curvature, \
         torsion and speed. Cost: linear in samples times degree.";
     const ANSWERED: &str = "The samples.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: EvaluateRequest) -> Result<EvaluateAnswer, Error> {
         let asked = request.quantities.unwrap_or_default();
-        let (curve, sampling, orders) = parts(context, request.curve, request.sampling, request.derivatives)?;
+        let (curve, sampling, orders) =
+            parts(context, request.curve, request.sampling, request.derivatives)?;
         match curve {
             Dimensioned::Plane(curve) => sample(context, &curve, sampling, orders, &asked),
             Dimensioned::Space(curve) => sample(context, &curve, sampling, orders, &asked),
@@ -162,18 +169,23 @@ impl Operation for Evaluate {
 
     fn is_small(request: &EvaluateRequest) -> bool {
         let Some(sampling) = &request.sampling else { return true };
-        let samples = sampling.count.map(|count| count.0).or(sampling.values.as_ref().map(Vec::len));
+        let samples =
+            sampling.count.map(|count| count.0).or(sampling.values.as_ref().map(Vec::len));
         let quantities = request.quantities.as_ref().map_or(0, Vec::len);
         let each = request.derivatives.map_or(0, |orders| orders.0).saturating_add(1 + quantities);
-        samples.is_some_and(|samples| samples.saturating_mul(each) <= 1_000) && request.curve.as_ref().is_none_or(Curve::is_small)
+        samples.is_some_and(|samples| samples.saturating_mul(each) <= 1_000)
+            && request.curve.as_ref().is_none_or(Curve::is_small)
     }
 }
 
 impl Costed for EvaluateRequest {
     fn cost(&self) -> Cost {
-        let (size, order) = self.curve.as_ref().map_or((0.0, 1.0), |curve| (size(curve), order(curve)));
+        let (size, order) =
+            self.curve.as_ref().map_or((0.0, 1.0), |curve| (size(curve), order(curve)));
         let sampling = self.sampling.as_ref();
-        let samples = sampling.and_then(|sampling| sampling.count.map(|count| count.0).or(sampling.values.as_ref().map(Vec::len)));
+        let samples = sampling.and_then(|sampling| {
+            sampling.count.map(|count| count.0).or(sampling.values.as_ref().map(Vec::len))
+        });
         let Some(samples) = samples else { return Cost::new(Kind::Adaptive, 20_000.0 * size) };
         let orders = self.derivatives.map_or(0, |orders| orders.0) as f64;
         let each = 1.0 + orders + self.quantities.as_ref().map_or(0, Vec::len) as f64;
@@ -192,15 +204,25 @@ impl Request for EvaluateRequest {
 /// What is computed from; the tolerance beside the sampling is to be echoed.
 type Parts = (Dimensioned, (core::Sampling, Option<f64>), usize);
 
-fn parts(context: &Context, curve: Option<Curve>, sampling: Option<Sampling>, derivatives: Option<Whole>) -> Result<Parts, Error> {
+fn parts(
+    context: &Context,
+    curve: Option<Curve>,
+    sampling: Option<Sampling>,
+    derivatives: Option<Whole>,
+) -> Result<Parts, Error> {
     let orders = derivatives.map_or(0, |whole| whole.0);
-    let parts = both(part(curve, "curve", |value| value.parse(context)), part(sampling, "sampling", |value| value.parse(context)));
-    let ((curve, sampling), ()) = both(parts, core::check_orders(context, orders).at("derivatives"))?;
+    let parts = both(
+        part(curve, "curve", |value| value.parse(context)),
+        part(sampling, "sampling", |value| value.parse(context)),
+    );
+    let ((curve, sampling), ()) =
+        both(parts, core::check_orders(context, orders).at("derivatives"))?;
     Ok((curve, sampling, orders))
 }
 
 fn sample<const D: usize>(
-    context: &Context, curve: &curve::Curve<D>,
+    context: &Context,
+    curve: &curve::Curve<D>,
     (sampling, tolerance): (core::Sampling, Option<f64>),
     orders: usize,
     asked: &[Quantity],
@@ -208,15 +230,18 @@ fn sample<const D: usize>(
 where
     Points: From<Vec<Point<D>>>,
 {
-    let samples = core::evaluate(context, curve, &sampling, orders, quantities(asked)).map_err(|error| name_torsion(error, asked))?;
+    let samples = core::evaluate(context, curve, &sampling, orders, quantities(asked))
+        .map_err(|error| name_torsion(error, asked))?;
     let frames = samples.frames;
     let has = |quantity| asked.contains(&quantity);
-    let degenerate = frames.degenerate.iter().map(|d| Degenerate::of(*d, &samples.parameters)).collect();
+    let degenerate =
+        frames.degenerate.iter().map(|d| Degenerate::of(*d, &samples.parameters)).collect();
     Ok(EvaluateAnswer {
         domain: vec![samples.domain.0, samples.domain.1],
         parameters: samples.parameters,
         points: samples.points.into(),
-        derivatives: (orders > 0).then(|| samples.derivatives.into_iter().map(Points::from).collect()),
+        derivatives: (orders > 0)
+            .then(|| samples.derivatives.into_iter().map(Points::from).collect()),
         tangent: has(Quantity::Tangent).then(|| frames.tangents.into()),
         normal: has(Quantity::Normal).then(|| frames.normals.into()),
         curvature: has(Quantity::Curvature).then_some(frames.curvatures),
@@ -227,11 +252,14 @@ where
     })
 }
 
-/// The core knows which quantities are asked for, but not where in the list: torsion is the one it may refuse.
+/// The core knows which quantities are asked for, but not where in the list: torsion is the one it
+/// may refuse.
 fn name_torsion(error: Error, asked: &[Quantity]) -> Error {
     let torsion = asked.iter().position(|quantity| *quantity == Quantity::Torsion);
     match torsion {
-        Some(i) if error.place == Place::default().within("quantities") => error.fault.at(i).at("quantities"),
+        Some(i) if error.place == Place::default().within("quantities") => {
+            error.fault.at(i).at("quantities")
+        }
         _ => error,
     }
 }
@@ -251,8 +279,12 @@ impl Sampling {
     fn parse(self, context: &Context) -> Result<(core::Sampling, Option<f64>), Error> {
         let (sampling, tolerance) = match self.kind()? {
             SamplingKind::Count => (core::Sampling::Count(need(self.count, "count")?.0), None),
-            SamplingKind::Parameters => (core::Sampling::Parameters(need(self.values, "values")?), None),
-            SamplingKind::Tolerance => (core::Sampling::Tolerance(need(self.tolerance, "tolerance")?), self.tolerance),
+            SamplingKind::Parameters => {
+                (core::Sampling::Parameters(need(self.values, "values")?), None)
+            }
+            SamplingKind::Tolerance => {
+                (core::Sampling::Tolerance(need(self.tolerance, "tolerance")?), self.tolerance)
+            }
         };
         sampling.check(context).map(|()| (sampling, tolerance))
     }
@@ -260,7 +292,11 @@ impl Sampling {
 
 impl Degenerate {
     fn of(degenerate: core::Degenerate, parameters: &[f64]) -> Self {
-        let reason = if degenerate.zero_speed { DegenerateReason::ZeroSpeed } else { DegenerateReason::ZeroCurvature };
+        let reason = if degenerate.zero_speed {
+            DegenerateReason::ZeroSpeed
+        } else {
+            DegenerateReason::ZeroCurvature
+        };
         let core::Degenerate { index, .. } = degenerate;
         Degenerate { index: Whole(index), parameter: parameters[index], reason }
     }

@@ -1,10 +1,13 @@
 //! `interpolate`.
 
 use crate::api::cost::{Cost, Costed, Kind, length};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
-use crate::api::wire::{Basis, Continuity, Curve, EndCondition, Parameterization, Points, ReportStyle, Vector, bases, need};
+use crate::api::operations::{Operation, Output};
+use crate::api::wire::{
+    Basis, Continuity, Curve, EndCondition, Parameterization, Points, ReportStyle, Vector, bases,
+    need,
+};
 use crate::core::context::Context;
 use crate::core::curve;
 use crate::core::error::{At, Error, Fault, both};
@@ -15,11 +18,13 @@ use crate::core::point::Point;
 crate::object! {
     /// Points to interpolate.
     pub struct InterpolateRequest {
-        /// The points in turn, 2 (closed: 3) to 100,000. A closed curve does not repeat its first point.
+        /// The points in turn, 2 (closed: 3) to 100,000. A closed curve does not repeat its first
+        /// point.
         required points: Points,
         /// Whether the curve returns to its first point, C2 there too; default false.
         optional closed: bool,
-        /// The basis of every segment; default bezier. Cubic, of order 3, with a way back from Bezier points.
+        /// The basis of every segment; default bezier. Cubic, of order 3, with a way back from
+        /// Bezier points.
         optional basis: Basis,
         /// One basis for each segment instead.
         optional bases: Vec<Basis>,
@@ -29,8 +34,8 @@ crate::object! {
         optional start: EndCondition,
         /// What holds at the end of an open curve; default natural.
         optional end: EndCondition,
-        /// Whether the continuity report lists every joint (`full`) or only the largest values (`summary`, the default). Every joint
-        /// is measured either way.
+        /// Whether the continuity report lists every joint (`full`) or only the largest values
+        /// (`summary`, the default). Every joint is measured either way.
         optional report: ReportStyle,
     }
 }
@@ -38,12 +43,13 @@ crate::object! {
 crate::answer! {
     /// The interpolant.
     pub struct InterpolateAnswer {
-        /// The C2 piecewise cubic through every point, with one segment between neighbours. It is the same curve whatever the shape
-        /// parameters: they only change its control points.
+        /// The C2 piecewise cubic through every point, with one segment between neighbours. It is
+        /// the same curve whatever the shape parameters: they only change its control points.
         required curve: Curve,
         /// Its continuity, measured on the curve returned.
         required continuity: Continuity,
-        /// By how much the control points may amplify relative rounding errors: the largest 2-norm condition number of the bases.
+        /// By how much the control points may amplify relative rounding errors: the largest 2-norm
+        /// condition number of the bases.
         required condition: f64,
         /// The parameterization used; the knots are in the curve.
         required parameterization: Parameterization,
@@ -81,12 +87,16 @@ impl Operation for Interpolate {
     const ID: &str = "interpolate";
     const TAG: &str = "Points";
     const SUMMARY: &str = "Put a C2 curve through points";
-    const DESCRIPTION: &str = "The composite cubic of Cheng et al. section 5, open or closed, in any cubic basis. Cost: \
-        linear in points.";
+    const DESCRIPTION: &str = "\
+        The composite cubic of Cheng et al. section 5, open or closed, in any cubic basis. \
+        Cost: linear in points.";
     const ANSWERED: &str = "The interpolant.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(context: &Context, mut request: InterpolateRequest) -> Result<InterpolateAnswer, Error> {
+    fn compute(
+        context: &Context,
+        mut request: InterpolateRequest,
+    ) -> Result<InterpolateAnswer, Error> {
         match need(request.points.take(), "points")? {
             Points::Plane(points) => interpolate(context, &points, request),
             Points::Space(points) => interpolate(context, &points, request),
@@ -94,7 +104,8 @@ impl Operation for Interpolate {
     }
 
     fn is_small(request: &InterpolateRequest) -> bool {
-        request.points.as_ref().is_none_or(|points| points.len() <= 256) && request.bases.as_ref().is_none_or(|bases| bases.len() <= 8)
+        request.points.as_ref().is_none_or(|points| points.len() <= 256)
+            && request.bases.as_ref().is_none_or(|bases| bases.len() <= 8)
     }
 }
 
@@ -108,24 +119,37 @@ impl Request for InterpolateRequest {
     fn check(self, context: &Context) -> Result<(), Error> {
         let points = need(self.points.as_ref(), "points").map(drop);
         // The vectors are to have the dimension of the points, or at least one of their own.
-        let is_space = |end: &Option<EndCondition>| matches!(end, Some(EndCondition { vector: Some(Vector::Space(_)), .. }));
+        let is_space = |end: &Option<EndCondition>| {
+            matches!(end, Some(EndCondition { vector: Some(Vector::Space(_)), .. }))
+        };
         let in_space = match &self.points {
             Some(points) => matches!(points, Points::Space(_)),
             None => is_space(&self.start) || is_space(&self.end),
         };
-        let parts = if in_space { parts::<3>(context, self).map(drop) } else { parts::<2>(context, self).map(drop) };
+        let parts = if in_space {
+            parts::<3>(context, self).map(drop)
+        } else {
+            parts::<2>(context, self).map(drop)
+        };
         both(points, parts).map(drop)
     }
 }
 
-fn interpolate<const D: usize>(context: &Context, points: &[Point<D>], request: InterpolateRequest) -> Result<InterpolateAnswer, Error>
+fn interpolate<const D: usize>(
+    context: &Context,
+    points: &[Point<D>],
+    request: InterpolateRequest,
+) -> Result<InterpolateAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {
     let closed = request.closed.unwrap_or(false);
-    let echo = |end: &Option<EndCondition>| (!closed).then(|| end.clone().unwrap_or_else(EndCondition::default_end));
+    let echo = |end: &Option<EndCondition>| {
+        (!closed).then(|| end.clone().unwrap_or_else(EndCondition::default_end))
+    };
     let (start, end) = (echo(&request.start), echo(&request.end));
-    let parameterization = request.parameterization.clone().unwrap_or_else(Parameterization::default_rule);
+    let parameterization =
+        request.parameterization.clone().unwrap_or_else(Parameterization::default_rule);
     let report = request.report;
     let (shape, bases, rule) = parts(context, request)?;
     let result = core::interpolate(context, points, shape, bases, &rule)?;
@@ -140,9 +164,13 @@ where
 }
 
 /// All but the points.
-type Parts<const D: usize> = (core::EndConditions<D>, curve::Bases, parameterization::Parameterization);
+type Parts<const D: usize> =
+    (core::EndConditions<D>, curve::Bases, parameterization::Parameterization);
 
-fn parts<const D: usize>(context: &Context, request: InterpolateRequest) -> Result<Parts<D>, Error> {
+fn parts<const D: usize>(
+    context: &Context,
+    request: InterpolateRequest,
+) -> Result<Parts<D>, Error> {
     let closed = request.closed.unwrap_or(false);
     let end_of = |end: Option<EndCondition>, name: &'static str| {
         if closed && end.is_some() {
@@ -152,9 +180,18 @@ fn parts<const D: usize>(context: &Context, request: InterpolateRequest) -> Resu
         end.unwrap_or_else(EndCondition::default_end).parse().at(name)
     };
     let ends = both(end_of(request.start, "start"), end_of(request.end, "end"));
-    let rule = request.parameterization.unwrap_or_else(Parameterization::default_rule).parse().at("parameterization");
-    let ((bases, rule), (start, end)) = both(both(bases(context, request.basis, request.bases), rule), ends)?;
-    Ok((if closed { core::EndConditions::Closed } else { core::EndConditions::Open(start, end) }, bases, rule))
+    let rule = request
+        .parameterization
+        .unwrap_or_else(Parameterization::default_rule)
+        .parse()
+        .at("parameterization");
+    let ((bases, rule), (start, end)) =
+        both(both(bases(context, request.basis, request.bases), rule), ends)?;
+    Ok((
+        if closed { core::EndConditions::Closed } else { core::EndConditions::Open(start, end) },
+        bases,
+        rule,
+    ))
 }
 
 #[cfg(test)]
@@ -165,10 +202,18 @@ mod tests {
     fn joints_are_listed_on_demand_and_measured_always() {
         let ask = |report: &str| {
             let body = format!(r#"{{"points":[[0,0],[1,2],[3,1],[4,5]]{report}}}"#);
-            Interpolate::compute(&Context::default(), serde_json::from_str(&body).unwrap()).unwrap().continuity
+            Interpolate::compute(&Context::default(), serde_json::from_str(&body).unwrap())
+                .unwrap()
+                .continuity
         };
         let (default, full) = (ask(""), ask(r#","report":"full""#));
-        assert_eq!((default.joints.is_none(), full.joints.map(|joints| joints.len())), (true, Some(2)));
-        assert_eq!((default.class, default.worst.unwrap().position_gap), (full.class, full.worst.unwrap().position_gap));
+        assert_eq!(
+            (default.joints.is_none(), full.joints.map(|joints| joints.len())),
+            (true, Some(2))
+        );
+        assert_eq!(
+            (default.class, default.worst.unwrap().position_gap),
+            (full.class, full.worst.unwrap().position_gap)
+        );
     }
 }

@@ -1,9 +1,9 @@
 //! `join`.
 
 use crate::api::cost::{Cost, Costed, Kind, order, size};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
+use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, list, need, part};
 use crate::core::context::Context;
 use crate::core::curve::{self, Single};
@@ -42,14 +42,17 @@ crate::names! {
 crate::object! {
     /// Curves to join.
     pub struct JoinRequest {
-        /// Single curves, 2 to 1,000, of one order and one dimension, laid end to end in this order.
+        /// Single curves, 2 to 1,000, of one order and one dimension, laid end to end in this
+        /// order.
         required curves: Vec<Curve> = list::<Curve>(2, core::CURVES),
-        /// The smoothness wanted at every joint, for the shape parameters that the curves have, mixed ones included.
+        /// The smoothness wanted at every joint, for the shape parameters that the curves have,
+        /// mixed ones included.
         required smoothness: Smoothness,
-        /// Which control points next to a joint may move: `following`, `leading` or `both` (the default); on a side the end point and as many
-        /// more as derivatives are compared.
+        /// Which control points next to a joint may move: `following`, `leading` or `both` (the
+        /// default); on a side the end point and as many more as derivatives are compared.
         optional movable: Movable,
-        /// Whether the continuity report lists every joint (`full`, the default) or only the largest values (`summary`).
+        /// Whether the continuity report lists every joint (`full`, the default) or only the
+        /// largest values (`summary`).
         optional report: ReportStyle,
     }
 }
@@ -59,7 +62,8 @@ crate::answer! {
     pub struct JoinAnswer {
         /// The piecewise curve; its knots are the sums of the lengths of the curves' domains.
         required curve: Curve,
-        /// `moved[i][j]`: how far control point j of curve i moved. The sum of squares is least for C classes, a local minimum for G classes.
+        /// `moved[i][j]`: how far control point j of curve i moved. The sum of squares is least for
+        /// C classes, a local minimum for G classes.
         required moved: Vec<Vec<f64>>,
         /// The continuity reached, measured on the curve returned.
         required continuity: Continuity,
@@ -95,8 +99,9 @@ impl Operation for Join {
     const ID: &str = "join";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Join curves smoothly";
-    const DESCRIPTION: &str = "Moves as few control points as little as possible so that the curves join with the class \
-        wanted. Cost: linear in curves.";
+    const DESCRIPTION: &str = "\
+        Moves as few control points as little as possible so that the curves join with the \
+        class wanted. Cost: linear in curves.";
     const ANSWERED: &str = "The joined curve.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
@@ -104,15 +109,22 @@ impl Operation for Join {
         let movable = request.movable.unwrap_or(Movable::Both);
         let style = request.report.unwrap_or(ReportStyle::Full);
         match parts(context, request.curves, request.smoothness)? {
-            (Dimensioned::Plane(curves), smoothness) => join(context, curves, smoothness, movable, style),
-            (Dimensioned::Space(curves), smoothness) => join(context, curves, smoothness, movable, style),
+            (Dimensioned::Plane(curves), smoothness) => {
+                join(context, curves, smoothness, movable, style)
+            }
+            (Dimensioned::Space(curves), smoothness) => {
+                join(context, curves, smoothness, movable, style)
+            }
         }
     }
 }
 
 impl Costed for JoinRequest {
     fn cost(&self) -> Cost {
-        Cost::new(Kind::Smooth, self.curves.iter().flatten().map(|curve| 300.0 * size(curve) * order(curve)).sum())
+        Cost::new(
+            Kind::Smooth,
+            self.curves.iter().flatten().map(|curve| 300.0 * size(curve) * order(curve)).sum(),
+        )
     }
 }
 
@@ -124,12 +136,20 @@ impl Request for JoinRequest {
 
 type Curves = Dimensioned<Vec<curve::Curve<2>>, Vec<curve::Curve<3>>>;
 
-fn parts(context: &Context, curves: Option<Vec<Curve>>, smoothness: Option<Smoothness>) -> Result<(Curves, Smoothness), Error> {
-    both(part(curves, "curves", |curves| Dimensioned::parse_list(context, curves)), need(smoothness, "smoothness"))
+fn parts(
+    context: &Context,
+    curves: Option<Vec<Curve>>,
+    smoothness: Option<Smoothness>,
+) -> Result<(Curves, Smoothness), Error> {
+    both(
+        part(curves, "curves", |curves| Dimensioned::parse_list(context, curves)),
+        need(smoothness, "smoothness"),
+    )
 }
 
 fn join<const D: usize>(
-    context: &Context, curves: Vec<curve::Curve<D>>,
+    context: &Context,
+    curves: Vec<curve::Curve<D>>,
     smoothness: Smoothness,
     movable: Movable,
     style: ReportStyle,
@@ -151,7 +171,10 @@ where
 fn single<const D: usize>(curve: curve::Curve<D>) -> Result<Single<D>, Fault> {
     match curve {
         curve::Curve::Single(single) => Ok(single),
-        _ => Err(Fault::UnsuitableCurve("only single segments are joined; send the segments of a piecewise curve one by one".into())),
+        _ => Err(Fault::UnsuitableCurve(
+            "only single segments are joined; send the segments of a piecewise curve one by one"
+                .into(),
+        )),
     }
 }
 

@@ -1,5 +1,20 @@
 //! The operations: what each is, and the one table of all.
 
+pub mod basis;
+pub mod continuity;
+pub mod convert;
+pub mod evaluate;
+pub mod fit;
+pub mod interpolate;
+pub mod join;
+pub mod render;
+pub mod reshape;
+pub mod subdivide;
+pub mod surface_evaluate;
+pub mod surface_subdivide;
+pub mod surface_tessellate;
+pub mod to_bspline;
+
 use std::io::Write;
 
 use utoipa::ToSchema;
@@ -39,7 +54,8 @@ pub enum OutputKind {
     Picture,
 }
 
-/// One operation: everything that the floors above, the specification and the command line need to know of it.
+/// One operation: everything that the floors above, the specification and the command line need to
+/// know of it.
 pub trait Operation: 'static {
     /// What it takes.
     type Request: Request + Costed + Written + ToSchema + Send + 'static;
@@ -91,7 +107,10 @@ impl Output for String {
     const KIND: OutputKind = OutputKind::Picture;
 
     fn write(&self, _: Format, buffer: &mut Buffer) -> Result<(), Problem> {
-        self.as_bytes().chunks(CHUNK).try_for_each(|part| buffer.write_all(part)).map_err(json::not_written)
+        self.as_bytes()
+            .chunks(CHUNK)
+            .try_for_each(|part| buffer.write_all(part))
+            .map_err(json::not_written)
     }
 }
 
@@ -119,8 +138,12 @@ impl Entry {
             path: O::PATH,
             examples: O::EXAMPLES,
             kind: O::Answer::KIND,
-            answer: |context, body, format, buffer| answered::<O>(context, body)?.write(format, buffer),
-            answer_json: |context, body, format, buffer| json::write(&answered::<O>(context, body)?, format, buffer),
+            answer: |context, body, format, buffer| {
+                answered::<O>(context, body)?.write(format, buffer)
+            },
+            answer_json: |context, body, format, buffer| {
+                json::write(&answered::<O>(context, body)?, format, buffer)
+            },
         }
     }
 
@@ -131,7 +154,8 @@ impl Entry {
 }
 
 fn answered<O: Operation>(context: &Context, body: &[u8]) -> Result<O::Answer, Problem> {
-    O::compute(context, json::from_bytes(context, body)?).map_err(|error| json::refused(error, body))
+    O::compute(context, json::from_bytes(context, body)?)
+        .map_err(|error| json::refused(error, body))
 }
 
 /// Makes something of every operation, by its type.
@@ -145,8 +169,6 @@ pub trait Visitor {
 
 macro_rules! operations {
     ($($module:ident::$name:ident),* $(,)?) => {
-        $(pub mod $module;)*
-
         /// Every operation.
         pub const TABLE: &[Entry] = &[$(Entry::of::<$module::$name>()),*];
 

@@ -1,9 +1,9 @@
 //! `render`.
 
 use crate::api::cost::{Cost, Costed, Kind, size};
-use crate::api::operations::Operation;
 use crate::api::json::Request;
 use crate::api::operations::Example;
+use crate::api::operations::Operation;
 use crate::api::wire::{Curve, Dimensioned, Surface, Whole, list, missing, number, part, whole};
 use crate::core::context::Context;
 use crate::core::error::{At, Error, Fault, at_most, both, every};
@@ -34,7 +34,8 @@ crate::object! {
         required curve: Curve,
         /// Its text in the legend, up to 60 characters.
         optional label: String,
-        /// Its colour in the palette; default its place in the list, after the surfaces, modulo 8, and from the ninth on dashed.
+        /// Its colour in the palette; default its place in the list, after the surfaces, modulo 8,
+        /// and from the ninth on dashed.
         optional color: Whole = whole(0, core::COLORS - 1),
     }
 }
@@ -62,14 +63,16 @@ crate::object! {
         optional surfaces: Vec<DrawnSurface> = list::<DrawnSurface>(1, limits::PICTURE_SURFACES),
         /// What else is shown; default only the legend.
         optional show: Vec<Detail>,
-        /// The length of a line of the comb for curvature 1, in the units of the curves: positive, to compare pictures. Default: the longest
-        /// line is a fifth of the picture; where nine lines in ten are less than a fifth as long, those far longer are cut there.
+        /// The length of a line of the comb for curvature 1, in the units of the curves: positive,
+        /// to compare pictures. Default: the longest line is a fifth of the picture; where nine
+        /// lines in ten are less than a fifth as long, those far longer are cut there.
         optional comb_scale: f64 = number().exclusive_minimum(Some(0.0)),
         /// The width of the picture in pixels; default 800.
         optional width: Whole = whole(limits::PIXELS.0, limits::PIXELS.1),
         /// The height of the picture in pixels; default 500.
         optional height: Whole = whole(limits::PIXELS.0, limits::PIXELS.1),
-        /// The title, for those who do not see the picture, up to 200 characters; default the labels.
+        /// The title, for those who do not see the picture, up to 200 characters; default the
+        /// labels.
         optional title: String,
     }
 }
@@ -81,7 +84,11 @@ pub const EXAMPLES: &[Example] = &[
         "One control polygon, three values of beta (Cheng et al. Figure 3)",
         include_str!("../../../openapi/examples/render-cheng-figure-3.json"),
     ),
-    Example::new("comb", "A curve in space with its curvature comb and axes", include_str!("../../../openapi/examples/render-comb.json")),
+    Example::new(
+        "comb",
+        "A curve in space with its curvature comb and axes",
+        include_str!("../../../openapi/examples/render-comb.json"),
+    ),
     Example::new(
         "li-figure-7",
         "A surface with its control net (Li 2014 Figure 7)",
@@ -100,9 +107,10 @@ impl Operation for Render {
     const ID: &str = "render";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Draw curves and surfaces";
-    const DESCRIPTION: &str = "As SVG, y up (in space z up, in one fixed orthographic projection), the aspect ratio \
-        kept. Segments of degree 1 to 3 are drawn with their own Bezier points, higher degrees as \
-        cubics within 0.01 pixel; coordinates are rounded to 0.01 pixel. The background is \
+    const DESCRIPTION: &str = "\
+        As SVG, y up (in space z up, in one fixed orthographic projection), the aspect ratio \
+        kept. Segments of degree 1 to 3 are drawn with their own Bezier points, higher degrees \
+        as cubics within 0.01 pixel; coordinates are rounded to 0.01 pixel. The background is \
         transparent, and the colours are readable on light and dark pages. Cost: linear in \
         segments.";
     const ANSWERED: &str = "The picture.";
@@ -115,7 +123,8 @@ impl Operation for Render {
 
 impl Costed for RenderRequest {
     fn cost(&self) -> Cost {
-        let curves: f64 = self.curves.iter().flatten().filter_map(|drawn| drawn.curve.as_ref()).map(size).sum();
+        let curves: f64 =
+            self.curves.iter().flatten().filter_map(|drawn| drawn.curve.as_ref()).map(size).sum();
         let surfaces = self.surfaces.as_ref().map_or(0, Vec::len) as f64;
         Cost::new(Kind::Render, 1_000.0 * curves + 1e6 * surfaces)
     }
@@ -132,13 +141,30 @@ fn picture(context: &Context, request: RenderRequest) -> Result<Picture, Error> 
     let given = if is_empty { Err(missing("curves` or `surfaces")) } else { Ok(()) };
     let size = both(pixels(request.width, "width", 800), pixels(request.height, "height", 500));
     let count = request.surfaces.as_ref().map_or(0, Vec::len);
-    let drawn = both(surfaces(context, request.surfaces).at("surfaces"), curves(context, request.curves, count).at("curves"));
-    let title = request.title.as_deref().map_or(Ok(()), |title| core::check_text(title, limits::TITLE)).at("title");
-    let ((((surfaces, surface_marks), curves), (width, height)), ((), ())) = both(both(drawn, size), both(title, given))?;
+    let drawn = both(
+        surfaces(context, request.surfaces).at("surfaces"),
+        curves(context, request.curves, count).at("curves"),
+    );
+    let title = request
+        .title
+        .as_deref()
+        .map_or(Ok(()), |title| core::check_text(title, limits::TITLE))
+        .at("title");
+    let ((((surfaces, surface_marks), curves), (width, height)), ((), ())) =
+        both(both(drawn, size), both(title, given))?;
     let show = show(&request.show.unwrap_or_else(|| vec![Detail::Legend]));
     let comb_scale = request.comb_scale.map(|scale| comb_scale(scale, show)).transpose()?;
     let title = request.title.unwrap_or_else(|| title_of(surface_marks.iter().chain(&curves.1)));
-    Ok(Picture { comb_scale, curves: curves.0, curve_marks: curves.1, surfaces, surface_marks, show, size: [width, height], title })
+    Ok(Picture {
+        comb_scale,
+        curves: curves.0,
+        curve_marks: curves.1,
+        surfaces,
+        surface_marks,
+        show,
+        size: [width, height],
+        title,
+    })
 }
 
 fn pixels(given: Option<Whole>, what: &'static str, default: usize) -> Result<usize, Error> {
@@ -147,16 +173,27 @@ fn pixels(given: Option<Whole>, what: &'static str, default: usize) -> Result<us
     if (least..=most).contains(&value) {
         return Ok(value);
     }
-    Err(Fault::OutOfRange { what, value: value as f64, allowed: format!("{least} <= {what} <= {most}") }.at(what))
+    Err(Fault::OutOfRange {
+        what,
+        value: value as f64,
+        allowed: format!("{least} <= {what} <= {most}"),
+    }
+    .at(what))
 }
 
 fn comb_scale(scale: f64, show: core::Show) -> Result<f64, Error> {
     const WHAT: &str = "comb_scale";
     if !show.comb {
-        let detail = "`comb_scale` is given, but `show` has no \"comb\"; add it, or leave the scale out";
+        let detail =
+            "`comb_scale` is given, but `show` has no \"comb\"; add it, or leave the scale out";
         return Err(Fault::Contradiction(detail.into()).at(WHAT));
     }
-    if scale > 0.0 { Ok(scale) } else { Err(Fault::OutOfRange { what: WHAT, value: scale, allowed: "comb_scale > 0".into() }.at(WHAT)) }
+    if scale > 0.0 {
+        Ok(scale)
+    } else {
+        Err(Fault::OutOfRange { what: WHAT, value: scale, allowed: "comb_scale > 0".into() }
+            .at(WHAT))
+    }
 }
 
 fn show(wanted: &[Detail]) -> core::Show {
@@ -177,40 +214,66 @@ fn title_of<'a>(marks: impl Iterator<Item = &'a Mark>) -> String {
 }
 
 fn mark(label: Option<String>, color: Option<Whole>, place: usize) -> Result<Mark, Error> {
-    let text = label.as_deref().map_or(Ok(()), |label| core::check_text(label, limits::LABEL)).at("label");
+    let text =
+        label.as_deref().map_or(Ok(()), |label| core::check_text(label, limits::LABEL)).at("label");
     // A colour that was chosen is drawn through.
     let dashes = if color.is_some() { 0 } else { place / core::COLORS };
     let color = color.map_or(place % core::COLORS, |whole| whole.0);
     let allowed = || format!("0 <= color <= {}", core::COLORS - 1);
     let known = color < core::COLORS;
-    let palette =
-        if known { Ok(()) } else { Err(Fault::OutOfRange { what: "color", value: color as f64, allowed: allowed() }.at("color")) };
+    let palette = if known {
+        Ok(())
+    } else {
+        Err(Fault::OutOfRange { what: "color", value: color as f64, allowed: allowed() }
+            .at("color"))
+    };
     both(text, palette).map(|_| Mark { label, color, dashes })
 }
 
-fn surfaces(context: &Context, drawn: Option<Vec<DrawnSurface>>) -> Result<(Vec<crate::core::surface::Surface>, Vec<Mark>), Error> {
+fn surfaces(
+    context: &Context,
+    drawn: Option<Vec<DrawnSurface>>,
+) -> Result<(Vec<crate::core::surface::Surface>, Vec<Mark>), Error> {
     let Some(drawn) = drawn else { return Ok(Default::default()) };
     crate::core::error::at_least("surfaces", drawn.len(), 1)?;
     at_most("surfaces in a picture", drawn.len(), limits::PICTURE_SURFACES, "Draw them in parts")?;
     let one = |(i, drawn): (usize, DrawnSurface)| -> Result<_, Error> {
         let mark = mark(drawn.label, drawn.color, i);
-        let (surface, mark) = both(part(drawn.surface, "surface", |value| value.parse(context)), mark)?;
+        let (surface, mark) =
+            both(part(drawn.surface, "surface", |value| value.parse(context)), mark)?;
         let points = surface.rows().map(<[_]>::len).sum();
-        at_most("control points in a picture", points, limits::PICTURE_NET, "Cut the surface first").at("surface")?;
+        at_most(
+            "control points in a picture",
+            points,
+            limits::PICTURE_NET,
+            "Cut the surface first",
+        )
+        .at("surface")?;
         Ok((surface, mark))
     };
-    Ok(every(drawn.into_iter().enumerate().map(|(i, drawn)| one((i, drawn)).at(i)))?.into_iter().unzip())
+    Ok(every(drawn.into_iter().enumerate().map(|(i, drawn)| one((i, drawn)).at(i)))?
+        .into_iter()
+        .unzip())
 }
 
-fn curves(context: &Context, drawn: Option<Vec<DrawnCurve>>, surfaces: usize) -> Result<(Curves, Vec<Mark>), Error> {
+fn curves(
+    context: &Context,
+    drawn: Option<Vec<DrawnCurve>>,
+    surfaces: usize,
+) -> Result<(Curves, Vec<Mark>), Error> {
     let Some(drawn) = drawn else { return Ok((Curves::Space(Vec::new()), Vec::new())) };
     crate::core::error::at_least("curves", drawn.len(), 1)?;
     at_most("curves in a picture", drawn.len(), limits::PICTURE_CURVES, "Draw them in parts")?;
     let (mut plane, mut space, mut marks) = (Vec::new(), Vec::new(), Vec::new());
     let one = |(i, drawn): (usize, DrawnCurve)| {
-        both(part(drawn.curve, "curve", |value| value.parse(context)), mark(drawn.label, drawn.color, surfaces + i)).at(i)
+        both(
+            part(drawn.curve, "curve", |value| value.parse(context)),
+            mark(drawn.label, drawn.color, surfaces + i),
+        )
+        .at(i)
     };
-    for (i, (curve, mark)) in every(drawn.into_iter().enumerate().map(one))?.into_iter().enumerate() {
+    for (i, (curve, mark)) in every(drawn.into_iter().enumerate().map(one))?.into_iter().enumerate()
+    {
         match curve {
             Dimensioned::Plane(curve) => plane.push(curve),
             Dimensioned::Space(curve) => space.push(curve),
@@ -219,7 +282,8 @@ fn curves(context: &Context, drawn: Option<Vec<DrawnCurve>>, surfaces: usize) ->
         let in_space = surfaces > 0 || !space.is_empty();
         if in_space && !plane.is_empty() {
             let (count, expected) = if surfaces > 0 || plane.len() <= i { (2, 3) } else { (3, 2) };
-            let rule = "curves are drawn together in the plane or in space, and beside surfaces in space";
+            let rule =
+                "curves are drawn together in the plane or in space, and beside surfaces in space";
             let fault = Fault::WrongCount { what: "coordinates", count, expected, rule };
             return Err(fault.at("control_points").at("curve").at(i));
         }

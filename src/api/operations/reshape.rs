@@ -1,10 +1,12 @@
 //! `reshape`.
 
 use crate::api::cost::{Cost, Costed, Kind, order, size};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
-use crate::api::wire::{Basis, Continuity, Curve, Dimensioned, Points, ReportStyle, bases, need, part};
+use crate::api::operations::{Operation, Output};
+use crate::api::wire::{
+    Basis, Continuity, Curve, Dimensioned, Points, ReportStyle, bases, need, part,
+};
 use crate::core::context::Context;
 use crate::core::curve::{self, Bases};
 use crate::core::error::{Error, both};
@@ -34,11 +36,14 @@ crate::object! {
         optional basis: Basis,
         /// One new basis for each segment.
         optional bases: Vec<Basis>,
-        /// What must survive at joints that have it: `nothing` (the default) leaves every control point where it is; `C1` and `G1` leave the
-        /// joints and move the inner control points by the least sum of squares; `C2` gives the same curve again in the new basis, because
-        /// there is only one C2 cubic through its joints for its ends, whatever the shape parameters.
+        /// What must survive at joints that have it: `nothing` (the default) leaves every control
+        /// point where it is; `C1` and `G1` leave the joints and move the inner control points by
+        /// the least sum of squares; `C2` gives the same curve again in the new basis, because
+        /// there is only one C2 cubic through its joints for its ends, whatever the shape
+        /// parameters.
         optional keep: Keep,
-        /// Whether the continuity report lists every joint (`full`, the default) or only the largest values (`summary`).
+        /// Whether the continuity report lists every joint (`full`, the default) or only the
+        /// largest values (`summary`).
         optional report: ReportStyle,
     }
 }
@@ -50,7 +55,8 @@ crate::answer! {
         required curve: Curve,
         /// The continuity that is left, measured on the curve returned.
         required continuity: Continuity,
-        /// The largest distance between the old and the new curve at equal fractions of their domains, to 9 digits.
+        /// The largest distance between the old and the new curve at equal fractions of their
+        /// domains, to 9 digits.
         required curve_moved: f64,
         /// The largest distance that a control point moved.
         required points_moved: f64,
@@ -68,7 +74,11 @@ pub const EXAMPLES: &[Example] = &[
         "The closed interpolant of Cheng et al. Figure 12 with beta from 1 to 3: its tangents break",
         include_str!("../../../openapi/examples/reshape-cheng-figure-12.json"),
     ),
-    Example::new("keep-c1", "The same, kept C1", include_str!("../../../openapi/examples/reshape-keep-c1.json")),
+    Example::new(
+        "keep-c1",
+        "The same, kept C1",
+        include_str!("../../../openapi/examples/reshape-keep-c1.json"),
+    ),
 ];
 
 /// Bend a curve by its shape parameters.
@@ -82,9 +92,10 @@ impl Operation for Reshape {
     const ID: &str = "reshape";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Bend a curve by its shape parameters";
-    const DESCRIPTION: &str = "New shape parameters on fixed control points, which is what these families are for; or, \
-        for composite curves, the least change of control points that keeps them smooth. Cost: \
-        linear in segments.";
+    const DESCRIPTION: &str = "\
+        New shape parameters on fixed control points, which is what these families are for; \
+        or, for composite curves, the least change of control points that keeps them smooth. \
+        Cost: linear in segments.";
     const ANSWERED: &str = "The bent curve.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
@@ -111,13 +122,28 @@ impl Request for ReshapeRequest {
     }
 }
 
-fn parts(context: &Context, curve: Option<Curve>, basis: Option<Basis>, each: Option<Vec<Basis>>) -> Result<(Dimensioned, Bases), Error> {
-    let given = if basis.is_none() { need(each.as_ref(), "basis` or `bases").map(drop) } else { Ok(()) };
-    let (curve, (bases, ())) = both(part(curve, "curve", |value| value.parse(context)), both(bases(context, basis, each), given))?;
+fn parts(
+    context: &Context,
+    curve: Option<Curve>,
+    basis: Option<Basis>,
+    each: Option<Vec<Basis>>,
+) -> Result<(Dimensioned, Bases), Error> {
+    let given =
+        if basis.is_none() { need(each.as_ref(), "basis` or `bases").map(drop) } else { Ok(()) };
+    let (curve, (bases, ())) = both(
+        part(curve, "curve", |value| value.parse(context)),
+        both(bases(context, basis, each), given),
+    )?;
     Ok((curve, bases))
 }
 
-fn reshape<const D: usize>(context: &Context, curve: &curve::Curve<D>, bases: Bases, keep: Keep, style: ReportStyle) -> Result<ReshapeAnswer, Error>
+fn reshape<const D: usize>(
+    context: &Context,
+    curve: &curve::Curve<D>,
+    bases: Bases,
+    keep: Keep,
+    style: ReportStyle,
+) -> Result<ReshapeAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {

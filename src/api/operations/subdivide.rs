@@ -1,9 +1,9 @@
 //! `subdivide`.
 
 use crate::api::cost::{Cost, Costed, Kind, size};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
+use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Curve, Dimensioned, Points, Whole, need, number, part};
 use crate::core::context::Context;
 use crate::core::curve;
@@ -14,11 +14,13 @@ use crate::core::subdivide as core;
 crate::union! {
     /// Where to cut.
     pub struct Cuts by kind: CutsKind {
-        /// Parameters inside the curve's domain, strictly increasing. An end or an existing joint is no new cut.
+        /// Parameters inside the curve's domain, strictly increasing. An end or an existing joint
+        /// is no new cut.
         values: Vec<f64>,
         /// How many times every segment is halved: 2^depth pieces of each.
         depth: Whole,
-        /// Halve until every piece is this close to its chord, in the unit of the coordinates; more than 0. Proved by a bound.
+        /// Halve until every piece is this close to its chord, in the unit of the coordinates; more
+        /// than 0. Proved by a bound.
         tolerance: f64 = number().exclusive_minimum(Some(0.0)),
     }
     /// At given parameters.
@@ -48,8 +50,9 @@ crate::object! {
         required curve: Curve,
         /// Where to cut.
         required at: Cuts,
-        /// In which basis the pieces are wanted: `auto` (the default) takes the curve's own family where that keeps 8 digits and
-        /// bezier otherwise; `family` insists and answers 422 where it does not exist.
+        /// In which basis the pieces are wanted: `auto` (the default) takes the curve's own family
+        /// where that keeps 8 digits and bezier otherwise; `family` insists and answers 422 where
+        /// it does not exist.
         optional form: Form,
     }
 }
@@ -65,8 +68,8 @@ crate::answer! {
         required split_points: Points,
         /// The form of the pieces: `family` or `bezier`.
         required form: Form,
-        /// By how much the control points may amplify relative rounding errors: the largest 2-norm condition number of the shape
-        /// matrices; 1 for bezier pieces.
+        /// By how much the control points may amplify relative rounding errors: the largest 2-norm
+        /// condition number of the shape matrices; 1 for bezier pieces.
         required condition: f64,
         /// The flatness tolerance used, where one was given.
         optional tolerance: f64,
@@ -100,9 +103,10 @@ impl Operation for Subdivide {
     const ID: &str = "subdivide";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Cut a curve into pieces";
-    const DESCRIPTION: &str = "The pieces run over the same curve, over the same domain. Cheng et al. section 4 gives \
-        the halves as Bezier curves; here they come back in their own family too. Cost: linear in \
-        pieces.";
+    const DESCRIPTION: &str = "\
+        The pieces run over the same curve, over the same domain. Cheng et al. section 4 gives \
+        the halves as Bezier curves; here they come back in their own family too. Cost: linear \
+        in pieces.";
     const ANSWERED: &str = "The pieces.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
@@ -116,7 +120,10 @@ impl Operation for Subdivide {
     }
 
     fn is_small(request: &SubdivideRequest) -> bool {
-        let few = |cuts: &Cuts| cuts.values.as_ref().is_some_and(|values| values.len() <= 64) || cuts.depth.is_some_and(|depth| depth.0 <= 3);
+        let few = |cuts: &Cuts| {
+            cuts.values.as_ref().is_some_and(|values| values.len() <= 64)
+                || cuts.depth.is_some_and(|depth| depth.0 <= 3)
+        };
         request.at.as_ref().is_none_or(few) && request.curve.as_ref().is_none_or(Curve::is_small)
     }
 }
@@ -125,7 +132,9 @@ impl Costed for SubdivideRequest {
     fn cost(&self) -> Cost {
         let size = self.curve.as_ref().map_or(0.0, size);
         let cuts = self.at.as_ref();
-        let pieces = cuts.and_then(|cuts| cuts.values.as_ref().map(Vec::len).or(cuts.depth.map(|depth| 1 << depth.0.min(20))));
+        let pieces = cuts.and_then(|cuts| {
+            cuts.values.as_ref().map(Vec::len).or(cuts.depth.map(|depth| 1 << depth.0.min(20)))
+        });
         match pieces {
             Some(pieces) => Cost::new(Kind::Segments, 100.0 * size * (1 + pieces) as f64),
             None => Cost::new(Kind::Adaptive, 20_000.0 * size),
@@ -139,11 +148,21 @@ impl Request for SubdivideRequest {
     }
 }
 
-fn parts(context: &Context, curve: Option<Curve>, at: Option<Cuts>) -> Result<(Dimensioned, core::Cuts), Error> {
+fn parts(
+    context: &Context,
+    curve: Option<Curve>,
+    at: Option<Cuts>,
+) -> Result<(Dimensioned, core::Cuts), Error> {
     both(part(curve, "curve", |value| value.parse(context)), part(at, "at", Cuts::parse))
 }
 
-fn cut<const D: usize>(context: &Context, curve: &curve::Curve<D>, at: &core::Cuts, form: Form, tolerance: Option<f64>) -> Result<SubdivideAnswer, Error>
+fn cut<const D: usize>(
+    context: &Context,
+    curve: &curve::Curve<D>,
+    at: &core::Cuts,
+    form: Form,
+    tolerance: Option<f64>,
+) -> Result<SubdivideAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {

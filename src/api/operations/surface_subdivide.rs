@@ -1,10 +1,10 @@
 //! `surfaces/subdivide`.
 
 use crate::api::cost::{Cost, Costed, Kind, net};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::subdivide::Form;
+use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Surface, SurfaceDomain, need, part};
 use crate::core::context::Context;
 use crate::core::error::{Error, both};
@@ -13,9 +13,11 @@ use crate::core::surface as core;
 crate::object! {
     /// Where to cut a surface: along lines of constant u and of constant v.
     pub struct SurfaceCuts {
-        /// Parameters u inside the domain, strictly increasing; default none. An end of the domain is no cut.
+        /// Parameters u inside the domain, strictly increasing; default none. An end of the domain
+        /// is no cut.
         optional u: Vec<f64>,
-        /// Parameters v inside the domain, strictly increasing; default none. An end of the domain is no cut.
+        /// Parameters v inside the domain, strictly increasing; default none. An end of the domain
+        /// is no cut.
         optional v: Vec<f64>,
     }
 }
@@ -28,8 +30,9 @@ crate::object! {
         required surface: Surface,
         /// Where to cut.
         required at: SurfaceCuts,
-        /// In which bases the pieces are wanted: `auto` (the default) takes the surface's own where that keeps 8 digits and bezier
-        /// otherwise; `family` insists and answers 422 where they do not exist.
+        /// In which bases the pieces are wanted: `auto` (the default) takes the surface's own where
+        /// that keeps 8 digits and bezier otherwise; `family` insists and answers 422 where they do
+        /// not exist.
         optional form: Form,
     }
 }
@@ -39,7 +42,8 @@ crate::answer! {
     pub struct SurfacePiece {
         /// The part of the whole surface's domain that the piece covers.
         required domain: SurfaceDomain,
-        /// The piece, over the domain of its own bases: its parameters run in proportion to those of the whole.
+        /// The piece, over the domain of its own bases: its parameters run in proportion to those
+        /// of the whole.
         required surface: Surface,
     }
 }
@@ -52,8 +56,8 @@ crate::answer! {
         required pieces: Vec<SurfacePiece>,
         /// The form of the pieces: `family` or `bezier`.
         required form: Form,
-        /// By how much the control points may amplify relative rounding errors, 1 or more: the product of the 2-norm condition numbers
-        /// of the two shape matrices; 1 for bezier pieces.
+        /// By how much the control points may amplify relative rounding errors, 1 or more: the
+        /// product of the 2-norm condition numbers of the two shape matrices; 1 for bezier pieces.
         required condition: f64,
     }
 }
@@ -85,16 +89,29 @@ impl Operation for SurfaceSubdivide {
     const ID: &str = "subdivideSurface";
     const TAG: &str = "Surfaces";
     const SUMMARY: &str = "Cut a surface into pieces";
-    const DESCRIPTION: &str = "Along lines of constant u and v, in the bases of the surface or as Bezier patches. Cost: \
-        linear in pieces times the cube of the degree.";
+    const DESCRIPTION: &str = "\
+        Along lines of constant u and v, in the bases of the surface or as Bezier patches. \
+        Cost: linear in pieces times the cube of the degree.";
     const ANSWERED: &str = "The pieces.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(context: &Context, request: SurfaceSubdivideRequest) -> Result<SurfaceSubdivideAnswer, Error> {
+    fn compute(
+        context: &Context,
+        request: SurfaceSubdivideRequest,
+    ) -> Result<SurfaceSubdivideAnswer, Error> {
         let (surface, at) = parts(context, request.surface, request.at)?;
         let form = request.form.unwrap_or(Form::Auto).into();
-        let pieces = core::subdivide(context, &surface, &at.u.unwrap_or_default(), &at.v.unwrap_or_default(), form)?;
-        let piece = |piece: &core::Piece| SurfacePiece { domain: piece.domain.into(), surface: (&piece.surface).into() };
+        let pieces = core::subdivide(
+            context,
+            &surface,
+            &at.u.unwrap_or_default(),
+            &at.v.unwrap_or_default(),
+            form,
+        )?;
+        let piece = |piece: &core::Piece| SurfacePiece {
+            domain: piece.domain.into(),
+            surface: (&piece.surface).into(),
+        };
         Ok(SurfaceSubdivideAnswer {
             pieces: pieces.pieces.iter().map(piece).collect(),
             form: if pieces.in_family { Form::Family } else { Form::Bezier },
@@ -117,6 +134,10 @@ impl Request for SurfaceSubdivideRequest {
     }
 }
 
-fn parts(context: &Context, surface: Option<Surface>, at: Option<SurfaceCuts>) -> Result<(core::Surface, SurfaceCuts), Error> {
+fn parts(
+    context: &Context,
+    surface: Option<Surface>,
+    at: Option<SurfaceCuts>,
+) -> Result<(core::Surface, SurfaceCuts), Error> {
     both(part(surface, "surface", |value| value.parse(context)), need(at, "at"))
 }

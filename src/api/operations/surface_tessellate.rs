@@ -1,9 +1,9 @@
 //! `surfaces/tessellate`.
 
 use crate::api::cost::{Cost, Costed, Kind, net};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
+use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Points, Surface, Tuple, Whole, number, part, space_list};
 use crate::core::context::Context;
 use crate::core::error::{Error, both};
@@ -15,8 +15,8 @@ crate::object! {
     pub struct SurfaceTessellateRequest {
         /// The surface.
         required surface: Surface,
-        /// The largest distance between the triangles and the surface at equal parameters, in the unit of the coordinates; proved by a
-        /// bound, not sampled. More than 0.
+        /// The largest distance between the triangles and the surface at equal parameters, in the
+        /// unit of the coordinates; proved by a bound, not sampled. More than 0.
         required tolerance: f64 = number().exclusive_minimum(Some(0.0)),
     }
 }
@@ -24,16 +24,18 @@ crate::object! {
 crate::answer! {
     /// A mesh of triangles that share their vertices, over a grid of cells of two triangles each.
     pub struct SurfaceTessellateAnswer {
-        /// How many cells lie along u and along v; (cells along u + 1) times (cells along v + 1) vertices, at most 200,000.
+        /// How many cells lie along u and along v; (cells along u + 1) times (cells along v + 1)
+        /// vertices, at most 200,000.
         required cells: Tuple<Whole, 2>,
         /// The parameters [u, v] of the vertices, u changing slowest.
         required parameters: Vec<Tuple<f64, 2>>,
         /// The vertices, 3D, on the surface.
         required points: Points = space_list(),
-        /// Positions of three vertices each, from 0, counter-clockwise seen from the side of the normal du x dv.
+        /// Positions of three vertices each, from 0, counter-clockwise seen from the side of the
+        /// normal du x dv.
         required triangles: Vec<Tuple<Whole, 3>>,
-        /// A bound on the distance between triangles and surface at equal parameters, in the unit of the coordinates: 0 or more, at
-        /// most the tolerance.
+        /// A bound on the distance between triangles and surface at equal parameters, in the unit
+        /// of the coordinates: 0 or more, at most the tolerance.
         required bound: f64 = number().minimum(Some(0.0)),
         /// The tolerance used.
         required tolerance: f64,
@@ -67,19 +69,27 @@ impl Operation for SurfaceTessellate {
     const ID: &str = "tessellateSurface";
     const TAG: &str = "Surfaces";
     const SUMMARY: &str = "Turn a surface into triangles";
-    const DESCRIPTION: &str = "As few cells of a regular grid as prove the tolerance (Filip, Magedson and Markot 1986). \
-        Cost: linear in vertices times the product of the degrees.";
+    const DESCRIPTION: &str = "\
+        As few cells of a regular grid as prove the tolerance (Filip, Magedson and Markot \
+        1986). Cost: linear in vertices times the product of the degrees.";
     const ANSWERED: &str = "The mesh.";
     const EXAMPLES: &[Example] = EXAMPLES;
 
-    fn compute(context: &Context, request: SurfaceTessellateRequest) -> Result<SurfaceTessellateAnswer, Error> {
+    fn compute(
+        context: &Context,
+        request: SurfaceTessellateRequest,
+    ) -> Result<SurfaceTessellateAnswer, Error> {
         let (surface, tolerance) = parts(context, request.surface, request.tolerance)?;
         let mesh = core::tessellate(context, &surface, tolerance)?;
         Ok(SurfaceTessellateAnswer {
             cells: Tuple(mesh.cells.map(Whole)),
             parameters: mesh.parameters.into_iter().map(Tuple).collect(),
             points: mesh.points.into(),
-            triangles: mesh.triangles.into_iter().map(|corners| Tuple(corners.map(Whole))).collect(),
+            triangles: mesh
+                .triangles
+                .into_iter()
+                .map(|corners| Tuple(corners.map(Whole)))
+                .collect(),
             bound: mesh.bound,
             tolerance,
         })
@@ -98,7 +108,16 @@ impl Request for SurfaceTessellateRequest {
     }
 }
 
-fn parts(context: &Context, surface: Option<Surface>, tolerance: Option<f64>) -> Result<(core::Surface, f64), Error> {
-    let tolerance = part(tolerance, "tolerance", |tolerance| Ok(check_distance(tolerance).map(|()| tolerance)?));
+fn parts(
+    context: &Context,
+    surface: Option<Surface>,
+    tolerance: Option<f64>,
+) -> Result<(core::Surface, f64), Error> {
+    let tolerance =
+        part(
+            tolerance,
+            "tolerance",
+            |tolerance| Ok(check_distance(tolerance).map(|()| tolerance)?),
+        );
     both(part(surface, "surface", |value| value.parse(context)), tolerance)
 }

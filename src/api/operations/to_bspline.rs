@@ -1,9 +1,9 @@
 //! `to-bspline`.
 
 use crate::api::cost::{Cost, Costed, Kind, size};
-use crate::api::operations::{Operation, Output};
 use crate::api::json::Request;
 use crate::api::operations::Example;
+use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Curve, Dimensioned, Points, Whole, number, part};
 use crate::core::context::Context;
 use crate::core::curve;
@@ -29,11 +29,13 @@ crate::object! {
     pub struct ToBsplineRequest {
         /// The curve.
         required curve: Curve,
-        /// The knot vector wanted. `clamped` (the default) starts and ends at control points. `uniform` has equally spaced simple
-        /// knots, also beyond the ends (Cheng et al. eq. (26)); it needs segments of equal length and C(degree-1) joints, and is
-        /// periodic for a closed curve. `periodic` is for any closed curve.
+        /// The knot vector wanted. `clamped` (the default) starts and ends at control points.
+        /// `uniform` has equally spaced simple knots, also beyond the ends (Cheng et al. eq. (26));
+        /// it needs segments of equal length and C(degree-1) joints, and is periodic for a closed
+        /// curve. `periodic` is for any closed curve.
         optional knots: KnotStyle,
-        /// The tolerance for measuring continuity, 0 < tolerance < 1, relative to the derivatives compared; default 1e-9.
+        /// The tolerance for measuring continuity, 0 < tolerance < 1, relative to the derivatives
+        /// compared; default 1e-9.
         optional tolerance: f64 = number().exclusive_minimum(Some(0.0)).exclusive_maximum(Some(1.0)),
     }
 }
@@ -43,9 +45,11 @@ crate::answer! {
     pub struct FormerJoint {
         /// Its parameter.
         required parameter: f64,
-        /// The number of derivatives found to agree there, up to the degree; -1 where not even the points do.
+        /// The number of derivatives found to agree there, up to the degree; -1 where not even the
+        /// points do.
         required continuity: i32,
-        /// The multiplicity of its knot, degree - continuity where the knot style allows it; 0 where the segments are one polynomial.
+        /// The multiplicity of its knot, degree - continuity where the knot style allows it; 0
+        /// where the segments are one polynomial.
         required multiplicity: Whole,
     }
 }
@@ -58,7 +62,8 @@ crate::answer! {
         required curve: Curve,
         /// The continuity found at each former joint; for a closed curve the last is the seam.
         required joints: Vec<FormerJoint>,
-        /// A bound on the distance between the two curves at equal parameters, measured on the answer.
+        /// A bound on the distance between the two curves at equal parameters, measured on the
+        /// answer.
         required deviation: f64,
         /// The kind of knot vector used.
         required knots: KnotStyle,
@@ -94,9 +99,10 @@ impl Operation for ToBspline {
     const ID: &str = "toBspline";
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Write a curve as a B-spline";
-    const DESCRIPTION: &str = "One B-spline of the degree of the segments; each joint becomes a knot of the lowest \
-        multiplicity that its measured continuity allows, judged one by one. A B-spline keeps its \
-        inner knots, but for copies that its continuity makes superfluous. Cost: linear in \
+    const DESCRIPTION: &str = "\
+        One B-spline of the degree of the segments; each joint becomes a knot of the lowest \
+        multiplicity that its measured continuity allows, judged one by one. A B-spline keeps \
+        its inner knots, but for copies that its continuity makes superfluous. Cost: linear in \
         segments.";
     const ANSWERED: &str = "The B-spline.";
     const EXAMPLES: &[Example] = EXAMPLES;
@@ -126,13 +132,25 @@ impl Request for ToBsplineRequest {
     }
 }
 
-fn parts(context: &Context, curve: Option<Curve>, tolerance: Option<f64>) -> Result<(Dimensioned, f64), Error> {
+fn parts(
+    context: &Context,
+    curve: Option<Curve>,
+    tolerance: Option<f64>,
+) -> Result<(Dimensioned, f64), Error> {
     let tolerance = tolerance.unwrap_or(limits::CONTINUITY_TOLERANCE);
-    let (curve, ()) = both(part(curve, "curve", |value| value.parse(context)), core::check_tolerance(tolerance).at("tolerance"))?;
+    let (curve, ()) = both(
+        part(curve, "curve", |value| value.parse(context)),
+        core::check_tolerance(tolerance).at("tolerance"),
+    )?;
     Ok((curve, tolerance))
 }
 
-fn convert<const D: usize>(context: &Context, curve: &curve::Curve<D>, style: KnotStyle, tolerance: f64) -> Result<ToBsplineAnswer, Error>
+fn convert<const D: usize>(
+    context: &Context,
+    curve: &curve::Curve<D>,
+    style: KnotStyle,
+    tolerance: f64,
+) -> Result<ToBsplineAnswer, Error>
 where
     Points: From<Vec<Point<D>>>,
 {

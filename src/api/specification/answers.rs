@@ -23,27 +23,47 @@ pub fn show(api: &mut OpenApi) {
     for entry in TABLE {
         let (name, examples) = (entry.name(), entry.examples);
         let Some(operation) = super::posted(api, entry.path) else { continue };
-        if let Some(content) = super::answer(operation, "200").and_then(|answer| super::content(answer, super::JSON)) {
+        if let Some(content) =
+            super::answer(operation, "200").and_then(|answer| super::content(answer, super::JSON))
+        {
             for example in examples {
                 let text = answered(name, example.body.as_bytes()).unwrap_or_default();
-                if let Some(mut value) = (text.len() <= LONGEST).then(|| serde_json::from_slice(&text).ok()).flatten() {
+                if let Some(mut value) =
+                    (text.len() <= LONGEST).then(|| serde_json::from_slice(&text).ok()).flatten()
+                {
                     quieten(&mut value);
-                    add(content, example.name, &format!("{}: rounded to 6 digits, and below 1e-12 to 0", example.summary), value);
+                    add(
+                        content,
+                        example.name,
+                        &format!("{}: rounded to 6 digits, and below 1e-12 to 0", example.summary),
+                        value,
+                    );
                 }
             }
         }
         let refused = examples.first().and_then(|example| refused(name, example.body));
-        let content = super::answer(operation, "422").and_then(|answer| super::content(answer, "application/problem+json"));
+        let content = super::answer(operation, "422")
+            .and_then(|answer| super::content(answer, "application/problem+json"));
         if let Some((content, problem)) = content.zip(refused) {
-            add(content, "refused", "A request that is JSON of the right shape, and yet cannot be answered", problem);
+            add(
+                content,
+                "refused",
+                "A request that is JSON of the right shape, and yet cannot be answered",
+                problem,
+            );
         }
     }
 }
 
-/// Numbers that are nothing but rounding errors are not worth showing, and no two versions of the service have the same.
+/// Numbers that are nothing but rounding errors are not worth showing, and no two versions of the
+/// service have the same.
 fn quieten(value: &mut Value) {
     match value {
-        Value::Number(number) if number.as_f64().is_some_and(|number| number != 0.0 && number.abs() < 1e-12) => *value = json!(0.0),
+        Value::Number(number)
+            if number.as_f64().is_some_and(|number| number != 0.0 && number.abs() < 1e-12) =>
+        {
+            *value = json!(0.0)
+        }
         Value::Array(items) => items.iter_mut().for_each(quieten),
         Value::Object(fields) => fields.values_mut().for_each(quieten),
         _ => {}
@@ -59,7 +79,8 @@ fn answered(name: &str, body: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut buffer = Buffer::new(&Context::default(), &memory::unlimited());
     let format = Format { precision: Precision::Digits(DIGITS), ..Format::default() };
     let answer = operations::named(name).ok_or_else(Problem::internal)?;
-    (answer.answer)(&Context::default(), body, format, &mut buffer).map(|()| buffer.finish().concat())
+    (answer.answer)(&Context::default(), body, format, &mut buffer)
+        .map(|()| buffer.finish().concat())
 }
 
 /// The problem of an example that has been cut short.
@@ -78,7 +99,9 @@ fn refused(name: &str, body: &str) -> Option<Value> {
 fn cut_short(value: &mut Value) -> bool {
     match value {
         Value::Object(fields) => fields.iter_mut().any(|(key, field)| match field {
-            Value::Array(points) if ["points", "control_points", "control_net"].contains(&key.as_str()) => {
+            Value::Array(points)
+                if ["points", "control_points", "control_net"].contains(&key.as_str()) =>
+            {
                 points.truncate(1);
                 true
             }

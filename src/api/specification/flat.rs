@@ -1,8 +1,11 @@
-//! Answers with `layout=flat`: the schemas of answers once more, with one list of numbers where they have lists of points.
+//! Answers with `layout=flat`: the schemas of answers once more, with one list of numbers where
+//! they have lists of points.
 
 use std::collections::BTreeMap;
 
-use utoipa::openapi::schema::{AnyOfBuilder, Array, ArrayBuilder, ArrayItems, Ref, Schema, SchemaType, Type};
+use utoipa::openapi::schema::{
+    AnyOfBuilder, Array, ArrayBuilder, ArrayItems, Ref, Schema, SchemaType, Type,
+};
 use utoipa::openapi::{OpenApi, RefOr};
 
 use super::references;
@@ -13,9 +16,11 @@ type Schemas = BTreeMap<String, RefOr<Schema>>;
 
 /// Every JSON answer may be flat.
 pub fn describe(api: &mut OpenApi) {
-    let mut schemas = api.components.as_ref().map(|components| components.schemas.clone()).unwrap_or_default();
+    let mut schemas =
+        api.components.as_ref().map(|components| components.schemas.clone()).unwrap_or_default();
     for entry in TABLE {
-        let content = super::posted(api, entry.path).and_then(|operation| super::answer(operation, "200"));
+        let content =
+            super::posted(api, entry.path).and_then(|operation| super::answer(operation, "200"));
         let Some(content) = content.and_then(|answer| super::content(answer, super::JSON)) else {
             continue;
         };
@@ -63,7 +68,8 @@ fn flattened(schema: &RefOr<Schema>, schemas: &mut Schemas) -> Option<RefOr<Sche
         }
         Schema::OneOf(union) => {
             let mut flat = union.clone();
-            let changed = flat.items.iter_mut().fold(false, |changed, item| replace(item, schemas) | changed);
+            let changed =
+                flat.items.iter_mut().fold(false, |changed, item| replace(item, schemas) | changed);
             for schema in flat.discriminator.iter_mut().flat_map(|told| told.mapping.values_mut()) {
                 if let RefOr::Ref(new) = flattened(&Ref::new(schema.clone()).into(), schemas)? {
                     *schema = new.ref_location;

@@ -8,7 +8,8 @@ use utoipa::openapi::{OpenApi, RefOr};
 
 use super::references;
 
-/// The operations that take JSON and answer with JSON, in the nested layout: no raw format, no lines, no pictures.
+/// The operations that take JSON and answer with JSON, in the nested layout: no raw format, no
+/// lines, no pictures.
 pub fn json_only(mut api: OpenApi) -> OpenApi {
     api.paths.paths.retain(|_, item| {
         let operation = item.post.as_mut().or(item.get.as_mut());
@@ -26,7 +27,9 @@ fn strip(operation: &mut Operation) {
         body.content.retain(|media_type, _| media_type == super::JSON);
     }
     if let Some(parameters) = operation.parameters.as_mut() {
-        parameters.retain(|parameter| matches!(parameter, RefOr::T(parameter) if parameter.name != "layout"));
+        parameters.retain(
+            |parameter| matches!(parameter, RefOr::T(parameter) if parameter.name != "layout"),
+        );
     }
     let Some(answer) = super::answer(operation, "200") else { return };
     answer.content.retain(|media_type, _| media_type == super::JSON);
@@ -45,9 +48,18 @@ fn leave_out_unused(api: &mut OpenApi) {
     for item in api.paths.paths.values() {
         let operation = item.post.as_ref().or(item.get.as_ref());
         let body = operation.and_then(|operation| operation.request_body.as_ref()).into_iter();
-        let bodies = body.flat_map(|body| if let RefOr::T(body) = body { body.content.values().collect() } else { Vec::new() });
-        let answers = operation.into_iter().flat_map(|operation| operation.responses.responses.values());
-        let answers = answers.flat_map(|answer| if let RefOr::T(answer) = answer { answer.content.values().collect() } else { Vec::new() });
+        let bodies = body.flat_map(|body| {
+            if let RefOr::T(body) = body { body.content.values().collect() } else { Vec::new() }
+        });
+        let answers =
+            operation.into_iter().flat_map(|operation| operation.responses.responses.values());
+        let answers = answers.flat_map(|answer| {
+            if let RefOr::T(answer) = answer {
+                answer.content.values().collect()
+            } else {
+                Vec::new()
+            }
+        });
         for content in bodies.chain(answers) {
             if let RefOr::T(content) = content {
                 open.extend(content.schema.iter().flat_map(references::names).map(str::to_owned));
@@ -56,7 +68,10 @@ fn leave_out_unused(api: &mut OpenApi) {
     }
     while let Some(name) = open.pop() {
         if let Some(schema) = components.schemas.get(&name) {
-            let inner = references::names(schema).into_iter().filter(|inner| !used.contains(*inner)).map(str::to_owned);
+            let inner = references::names(schema)
+                .into_iter()
+                .filter(|inner| !used.contains(*inner))
+                .map(str::to_owned);
             open.extend(inner.collect::<Vec<_>>());
         }
         used.insert(name);

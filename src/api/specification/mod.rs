@@ -1,4 +1,5 @@
-//! The specification, OpenAPI 3.1: of the operations it is made from their table; what a floor above adds to it comes in as a base.
+//! The specification, OpenAPI 3.1: of the operations it is made from their table; what a floor
+//! above adds to it comes in as a base.
 
 mod answers;
 mod batch_lines;
@@ -11,8 +12,12 @@ use utoipa::OpenApi as _;
 use utoipa::openapi::example::ExampleBuilder;
 use utoipa::openapi::path::{Operation, Parameter, ParameterBuilder, ParameterIn};
 use utoipa::openapi::request_body::RequestBody;
-use utoipa::openapi::schema::{KnownFormat, ObjectBuilder, OneOfBuilder, Schema, SchemaFormat, Type};
-use utoipa::openapi::security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
+use utoipa::openapi::schema::{
+    KnownFormat, ObjectBuilder, OneOfBuilder, Schema, SchemaFormat, Type,
+};
+use utoipa::openapi::security::{
+    ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme,
+};
 use utoipa::openapi::{Content, OpenApi, RefOr, Response};
 
 use crate::api::operations::{self, Example};
@@ -53,7 +58,8 @@ pub fn declared() -> OpenApi {
     api
 }
 
-/// The specification with what follows from the rest: examples of answers, flat answers, the lines of batches.
+/// The specification with what follows from the rest: examples of answers, flat answers, the lines
+/// of batches.
 pub fn complete(mut api: OpenApi) -> OpenApi {
     answers::show(&mut api);
     flat::describe(&mut api);
@@ -76,28 +82,46 @@ fn describe_body(body: &mut RequestBody, examples: &[Example]) {
 fn raw_content() -> Content {
     let text = "A JSON header in which lists of numbers are replaced by where their doubles are, and the doubles; see docs/formats.md.";
     Content::new(Some(
-        ObjectBuilder::new().schema_type(Type::String).format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary))).description(Some(text)),
+        ObjectBuilder::new()
+            .schema_type(Type::String)
+            .format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary)))
+            .description(Some(text)),
     ))
 }
 
 /// What every operation that answers with numbers takes in its address.
 fn output_parameters() -> Vec<RefOr<Parameter>> {
     let parameter = |name: &str, text: &str, schema: RefOr<Schema>| {
-        RefOr::T(ParameterBuilder::new().name(name).parameter_in(ParameterIn::Query).description(Some(text)).schema(Some(schema)).build())
+        RefOr::T(
+            ParameterBuilder::new()
+                .name(name)
+                .parameter_in(ParameterIn::Query)
+                .description(Some(text))
+                .schema(Some(schema))
+                .build(),
+        )
     };
     let precision = "`full` (the default): numbers parse back to the same double. `single`: as numbers of single precision. 1 to 17: rounded to so many significant digits.";
     let layout = "`nested` (the default): a list for each point. `flat`: one list for all coordinates. The raw format is always flat.";
-    let names = |names: &[&str]| ObjectBuilder::new().schema_type(Type::String).enum_values(Some(names.iter().copied()));
+    let names = |names: &[&str]| {
+        ObjectBuilder::new().schema_type(Type::String).enum_values(Some(names.iter().copied()))
+    };
     let precisions = OneOfBuilder::new().item(wire::whole(1, 17)).item(names(&["full", "single"]));
-    vec![parameter("precision", precision, precisions.into()), parameter("layout", layout, names(&["nested", "flat"]).into())]
+    vec![
+        parameter("precision", precision, precisions.into()),
+        parameter("layout", layout, names(&["nested", "flat"]).into()),
+    ]
 }
 
 /// Either header, or neither where the operator has set no keys.
 fn describe_keys(api: &mut OpenApi) {
     let components = api.components.get_or_insert_default();
-    let bearer = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).description(Some("An API key, where the operator has set any."));
+    let bearer = HttpBuilder::new()
+        .scheme(HttpAuthScheme::Bearer)
+        .description(Some("An API key, where the operator has set any."));
     components.add_security_scheme("bearer", SecurityScheme::Http(bearer.build()));
-    let key = ApiKeyValue::with_description("X-Api-Key", "An API key, where the operator has set any.");
+    let key =
+        ApiKeyValue::with_description("X-Api-Key", "An API key, where the operator has set any.");
     components.add_security_scheme("key", SecurityScheme::ApiKey(ApiKey::Header(key)));
     let none: [&str; 0] = [];
     let either = ["bearer", "key"].map(|name| SecurityRequirement::new(name, none));

@@ -38,7 +38,8 @@ fn collect<T: ToSchema>(schemas: &mut Schemas) {
 
 fn described<O: Operation>() -> Posted {
     let json = Content::new(Some(Ref::from_schema_name(O::Request::name())));
-    let mut body = RequestBodyBuilder::new().content(JSON, json).required(Some(Required::True)).build();
+    let mut body =
+        RequestBodyBuilder::new().content(JSON, json).required(Some(Required::True)).build();
     describe_body(&mut body, O::EXAMPLES);
     let answered = ResponseBuilder::new().description(O::ANSWERED);
     let (answered, parameters) = match O::Answer::KIND {

@@ -7,20 +7,22 @@ use crate::core::error::{At, Error, Fault, both, every};
 use crate::core::limits;
 
 crate::union! {
-    /// A shape matrix: how the basis functions of a quasi-bezier curve are made of Bernstein polynomials. Entries
-    /// are 0 or more, every row sums to 1 (within 1e-12), and the matrix has full rank.
+    /// A shape matrix: how the basis functions of a quasi-bezier curve are made of Bernstein
+    /// polynomials. Entries are 0 or more, every row sums to 1 (within 1e-12), and the matrix has
+    /// full rank.
     pub struct Shape by kind: ShapeKind {
         /// Every row, first to last: degree + 1 rows of one entry per control point.
         rows: Vec<Vec<f64>>,
         /// The degree of the curve, at least 2 and at most 64.
         degree: Whole = whole(2, limits::DEGREE),
-        /// Rows 1 to floor(degree / 2); row 0 is the unit row and the lower rows mirror the upper ones. For an even
-        /// degree the last row given is its own mirror image.
+        /// Rows 1 to floor(degree / 2); row 0 is the unit row and the lower rows mirror the upper
+        /// ones. For an even degree the last row given is its own mirror image.
         upper_rows: Vec<Vec<f64>>,
-        /// Every row of a matrix of lower order, raised to the order of the control polygon by Chen 2013 eq. (36).
+        /// Every row of a matrix of lower order, raised to the order of the control polygon by Chen
+        /// 2013 eq. (36).
         seed: Vec<Vec<f64>>,
-        /// lambda_1 to lambda_n, one per edge of the control polygon, with i - n - 1 <= lambda_i <= i; all 0 is plain
-        /// degree elevation. Symmetric where lambda_i = -lambda_(n+1-i).
+        /// lambda_1 to lambda_n, one per edge of the control polygon, with i - n - 1 <= lambda_i <=
+        /// i; all 0 is plain degree elevation. Symmetric where lambda_i = -lambda_(n+1-i).
         lambdas: Vec<f64>,
     }
     /// The matrix itself.
@@ -29,19 +31,23 @@ crate::union! {
     "symmetric" Symmetric as SymmetricShape: [degree, upper_rows] [];
     /// A small matrix, raised to the order of the control polygon (Chen 2013 eq. (36); Wu 2006).
     "recursive" Recursive as RecursiveShape: [seed] [];
-    /// Degree elevation with one parameter per edge (Yang and Zeng 2009; Chen 2013 eq. (37)); degree = order + 1.
+    /// Degree elevation with one parameter per edge (Yang and Zeng 2009; Chen 2013 eq. (37));
+    /// degree = order + 1.
     "elevation" Elevation as ElevationShape: [lambdas] [];
 }
 
 crate::union! {
     /// A basis: a family of curves with its shape parameters, without control points.
     pub struct Basis by family: BasisFamily {
-        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more: 0 is the Bezier curve, larger values pull the curve
-        /// towards the segment between its end points. Exactly one of `beta` and `lambda` is given.
+        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more: 0 is the Bezier curve, larger
+        /// values pull the curve towards the segment between its end points. Exactly one of `beta`
+        /// and `lambda` is given.
         beta: f64 = number().minimum(Some(0.0)),
-        /// 1 / beta, 0 or more; 0 is the limit beta = infinity, the straight segment. Exactly one of `beta` and `lambda` is given.
+        /// 1 / beta, 0 or more; 0 is the limit beta = infinity, the straight segment. Exactly one
+        /// of `beta` and `lambda` is given.
         lambda: f64 = number().minimum(Some(0.0)),
-        /// The length of the parameter domain, 0 < alpha <= 1. Together with beta it bends the curve through the product alpha * beta.
+        /// The length of the parameter domain, 0 < alpha <= 1. Together with beta it bends the
+        /// curve through the product alpha * beta.
         alpha: f64 = number().exclusive_minimum(Some(0.0)).maximum(Some(1.0)),
         /// The shape matrix.
         shape: Shape,
@@ -52,7 +58,8 @@ crate::union! {
     "beta-bezier" Beta as BetaBezierBasis: [] [beta, lambda] either [beta as BetaBezierBasis, lambda as BetaBezierBasisByLambda];
     /// Li 2014: two shape parameters, cubic.
     "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierBasis: [alpha, beta] [] where {
-        /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier curve.
+        /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier
+        /// curve.
         beta = li_beta(),
     };
     /// Chen 2013: the shape matrix is the parameter.
@@ -72,8 +79,12 @@ impl Shape {
                 degree: need(self.degree, "degree")?.0,
                 upper_rows: need(self.upper_rows, "upper_rows")?,
             },
-            ShapeKind::Recursive => core::ShapeParameters::Recursive { seed: need(self.seed, "seed")? },
-            ShapeKind::Elevation => core::ShapeParameters::Elevation { lambdas: need(self.lambdas, "lambdas")? },
+            ShapeKind::Recursive => {
+                core::ShapeParameters::Recursive { seed: need(self.seed, "seed")? }
+            }
+            ShapeKind::Elevation => {
+                core::ShapeParameters::Elevation { lambdas: need(self.lambdas, "lambdas")? }
+            }
         })
     }
 }
@@ -81,12 +92,20 @@ impl Shape {
 impl From<&core::ShapeParameters> for Shape {
     fn from(shape: &core::ShapeParameters) -> Self {
         match shape.clone() {
-            core::ShapeParameters::Matrix { rows } => Shape { rows: Some(rows), ..Shape::of(ShapeKind::Matrix) },
-            core::ShapeParameters::Symmetric { degree, upper_rows } => {
-                Shape { degree: Some(Whole(degree)), upper_rows: Some(upper_rows), ..Shape::of(ShapeKind::Symmetric) }
+            core::ShapeParameters::Matrix { rows } => {
+                Shape { rows: Some(rows), ..Shape::of(ShapeKind::Matrix) }
             }
-            core::ShapeParameters::Recursive { seed } => Shape { seed: Some(seed), ..Shape::of(ShapeKind::Recursive) },
-            core::ShapeParameters::Elevation { lambdas } => Shape { lambdas: Some(lambdas), ..Shape::of(ShapeKind::Elevation) },
+            core::ShapeParameters::Symmetric { degree, upper_rows } => Shape {
+                degree: Some(Whole(degree)),
+                upper_rows: Some(upper_rows),
+                ..Shape::of(ShapeKind::Symmetric)
+            },
+            core::ShapeParameters::Recursive { seed } => {
+                Shape { seed: Some(seed), ..Shape::of(ShapeKind::Recursive) }
+            }
+            core::ShapeParameters::Elevation { lambdas } => {
+                Shape { lambdas: Some(lambdas), ..Shape::of(ShapeKind::Elevation) }
+            }
         }
     }
 }
@@ -97,7 +116,8 @@ impl Basis {
     /// # Errors
     /// Fields of another family, missing fields, shape parameters out of range.
     pub fn parse(self, context: &Context) -> Result<core::Basis, Error> {
-        // A request may hold a hundred thousand bases, and the rank of a shape matrix takes milliseconds.
+        // A request may hold a hundred thousand bases, and the rank of a shape matrix takes
+        // milliseconds.
         context.checkpoint()?;
         let family = self.kind();
         both(family, self.with_family(context)).map(|(_, basis)| basis)
@@ -115,10 +135,14 @@ impl Basis {
                     return Err(Fault::Contradiction(why.into()).at("lambda"));
                 }
             }),
-            BasisFamily::AlphaBeta => core::Basis::AlphaBeta(core::AlphaBeta::new(need(self.alpha, "alpha")?, need(self.beta, "beta")?)?),
-            BasisFamily::Quasi => {
-                core::Basis::Quasi(core::Quasi::new(context, need(self.shape, "shape")?.parse().at("shape")?).at("shape")?)
-            }
+            BasisFamily::AlphaBeta => core::Basis::AlphaBeta(core::AlphaBeta::new(
+                need(self.alpha, "alpha")?,
+                need(self.beta, "beta")?,
+            )?),
+            BasisFamily::Quasi => core::Basis::Quasi(
+                core::Quasi::new(context, need(self.shape, "shape")?.parse().at("shape")?)
+                    .at("shape")?,
+            ),
         })
     }
 }
@@ -131,10 +155,14 @@ impl From<&core::Basis> for Basis {
                 Some(lambda) => Basis { lambda: Some(lambda), ..Basis::of(BasisFamily::Beta) },
                 None => Basis { beta: Some(beta.beta()), ..Basis::of(BasisFamily::Beta) },
             },
-            core::Basis::AlphaBeta(basis) => {
-                Basis { alpha: Some(basis.alpha()), beta: Some(basis.beta()), ..Basis::of(BasisFamily::AlphaBeta) }
+            core::Basis::AlphaBeta(basis) => Basis {
+                alpha: Some(basis.alpha()),
+                beta: Some(basis.beta()),
+                ..Basis::of(BasisFamily::AlphaBeta)
+            },
+            core::Basis::Quasi(basis) => {
+                Basis { shape: Some(basis.shape().into()), ..Basis::of(BasisFamily::Quasi) }
             }
-            core::Basis::Quasi(basis) => Basis { shape: Some(basis.shape().into()), ..Basis::of(BasisFamily::Quasi) },
         }
     }
 }
@@ -144,15 +172,25 @@ impl From<&core::Basis> for Basis {
 /// # Errors
 /// As [`Basis::parse`]; more bases than [`limits::SEGMENTS`].
 pub fn parse_list(context: &Context, bases: Vec<Basis>) -> Result<Vec<core::Basis>, Error> {
-    crate::core::error::at_most("bases", bases.len(), context.limits.segments, "Send the curve in parts")?;
+    crate::core::error::at_most(
+        "bases",
+        bases.len(),
+        context.limits.segments,
+        "Send the curve in parts",
+    )?;
     every(bases.into_iter().enumerate().map(|(i, basis)| basis.parse(context).at(i)))
 }
 
-/// The bases of a request that takes `basis` for all segments or `bases`, one for each; bezier by default.
+/// The bases of a request that takes `basis` for all segments or `bases`, one for each; bezier by
+/// default.
 ///
 /// # Errors
 /// Both given; faults at their place in either.
-pub fn bases(context: &Context, common: Option<Basis>, each: Option<Vec<Basis>>) -> Result<crate::core::curve::Bases, Error> {
+pub fn bases(
+    context: &Context,
+    common: Option<Basis>,
+    each: Option<Vec<Basis>>,
+) -> Result<crate::core::curve::Bases, Error> {
     use crate::core::curve::Bases;
     match (common, each) {
         (Some(_), Some(_)) => {
@@ -194,7 +232,8 @@ impl<'de> serde::Deserialize<'de> for Target {
             }
 
             fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Target, A::Error> {
-                serde::Deserialize::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Target)
+                serde::Deserialize::deserialize(serde::de::value::MapAccessDeserializer::new(map))
+                    .map(Target)
             }
         }
         deserializer.deserialize_any(TargetVisitor)
@@ -202,7 +241,10 @@ impl<'de> serde::Deserialize<'de> for Target {
 }
 
 impl crate::api::writer::Written for Target {
-    fn write_to(&self, writer: &mut crate::api::writer::Writer) -> Result<(), crate::api::writer::Unwritten> {
+    fn write_to(
+        &self,
+        writer: &mut crate::api::writer::Writer,
+    ) -> Result<(), crate::api::writer::Unwritten> {
         self.0.write_to(writer)
     }
 }
@@ -212,7 +254,10 @@ impl crate::api::wire::Field for Target {}
 impl crate::api::wire::Described for Target {
     fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
         use utoipa::openapi::schema::OneOfBuilder;
-        OneOfBuilder::new().item(crate::api::wire::object::constant("bezier")).item(<Basis as crate::api::wire::Described>::schema()).into()
+        OneOfBuilder::new()
+            .item(crate::api::wire::object::constant("bezier"))
+            .item(<Basis as crate::api::wire::Described>::schema())
+            .into()
     }
 
     fn collect(components: &mut crate::api::wire::field::Components) {

@@ -12,11 +12,14 @@ use crate::core::limits;
 use crate::core::point::Point;
 
 crate::union! {
-    /// A curve, told by its `family`. Every operation takes one and returns one, so the output of a call is the input of the next.
+    /// A curve, told by its `family`. Every operation takes one and returns one, so the output of a
+    /// call is the input of the next.
     pub struct Curve by family: CurveFamily {
-        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more. Exactly one of `beta` and `lambda` is given.
+        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more. Exactly one of `beta` and
+        /// `lambda` is given.
         beta: f64 = number().minimum(Some(0.0)),
-        /// 1 / beta, 0 or more; 0 is the limit beta = infinity, the straight segment. Exactly one of `beta` and `lambda` is given.
+        /// 1 / beta, 0 or more; 0 is the limit beta = infinity, the straight segment. Exactly one
+        /// of `beta` and `lambda` is given.
         lambda: f64 = number().minimum(Some(0.0)),
         /// The length of the parameter domain, 0 < alpha <= 1.
         alpha: f64 = number().exclusive_minimum(Some(0.0)).maximum(Some(1.0)),
@@ -28,12 +31,14 @@ crate::union! {
         order: Whole = whole(1, limits::DEGREE),
         /// The degree, 1 to 64.
         degree: Whole = whole(1, limits::DEGREE),
-        /// Of a piecewise curve: the parameters of the joints, strictly increasing, one more than segments. Of a B-spline: the full
-        /// knot vector, control points + degree + 1 knots that do not decrease (some programs leave out the first and the last).
+        /// Of a piecewise curve: the parameters of the joints, strictly increasing, one more than
+        /// segments. Of a B-spline: the full knot vector, control points + degree + 1 knots that do
+        /// not decrease (some programs leave out the first and the last).
         knots: Vec<f64>,
         /// Whether the curve ends where it starts; default false.
         closed: bool,
-        /// The control polygon. A piecewise curve has segments * order + 1 points, as neighbours share the point at their joint.
+        /// The control polygon. A piecewise curve has segments * order + 1 points, as neighbours
+        /// share the point at their joint.
         control_points: Points,
     }
     /// A Bezier curve over [0, 1].
@@ -43,7 +48,8 @@ crate::union! {
         either [beta as BetaBezierCurve, lambda as BetaBezierCurveByLambda];
     /// An alpha-beta-Bezier curve over [0, alpha] with 4 control points (Li 2014).
     "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierCurve: [alpha, beta, control_points] [] where {
-        /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier curve.
+        /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier
+        /// curve.
         beta = li_beta(),
     };
     /// A Quasi-Bezier curve over [0, 1] (Chen 2013).
@@ -68,9 +74,13 @@ impl Dimensioned {
     ///
     /// # Errors
     /// Faults of a curve at its place in the list; no curve at all; a curve of another dimension.
-    pub fn parse_list(context: &Context, curves: Vec<Curve>) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
+    pub fn parse_list(
+        context: &Context,
+        curves: Vec<Curve>,
+    ) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
         crate::core::error::at_least("curves", curves.len(), 1)?;
-        let parsed = every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse(context).at(i)))?;
+        let parsed =
+            every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse(context).at(i)))?;
         let (mut plane, mut space) = (Vec::new(), Vec::new());
         for (i, curve) in parsed.into_iter().enumerate() {
             match curve {
@@ -80,7 +90,9 @@ impl Dimensioned {
             if !plane.is_empty() && !space.is_empty() {
                 let (count, expected) = if plane.len() == i { (3, 2) } else { (2, 3) };
                 let rule = "all curves have as many coordinates as the first";
-                return Err(Fault::WrongCount { what: "coordinates", count, expected, rule }.at("control_points").at(i));
+                return Err(Fault::WrongCount { what: "coordinates", count, expected, rule }
+                    .at("control_points")
+                    .at(i));
             }
         }
         Ok(if space.is_empty() { Dimensioned::Plane(plane) } else { Dimensioned::Space(space) })
@@ -95,13 +107,21 @@ enum Outline {
 }
 
 impl Outline {
-    fn with_points<const D: usize>(self, context: &Context, points: Vec<Point<D>>) -> Result<core::Curve<D>, Error> {
+    fn with_points<const D: usize>(
+        self,
+        context: &Context,
+        points: Vec<Point<D>>,
+    ) -> Result<core::Curve<D>, Error> {
         Ok(match self {
-            Outline::Single(basis) => core::Curve::Single(core::Single::new(context, basis, points)?),
-            Outline::Piecewise { bases, breaks, order, closed } => {
-                core::Curve::Piecewise(core::Piecewise::new(context, bases, order, breaks, closed, points)?)
+            Outline::Single(basis) => {
+                core::Curve::Single(core::Single::new(context, basis, points)?)
             }
-            Outline::BSpline { degree, knots, closed } => core::Curve::BSpline(core::BSpline::new(context, degree, knots, points, closed)?),
+            Outline::Piecewise { bases, breaks, order, closed } => core::Curve::Piecewise(
+                core::Piecewise::new(context, bases, order, breaks, closed, points)?,
+            ),
+            Outline::BSpline { degree, knots, closed } => {
+                core::Curve::BSpline(core::BSpline::new(context, degree, knots, points, closed)?)
+            }
         })
     }
 }
@@ -139,7 +159,13 @@ impl Curve {
             CurveFamily::Piecewise => return self.piecewise(context),
             CurveFamily::BSpline => return self.bspline(context),
         };
-        let basis = Basis { family: Some(family), beta: self.beta, lambda: self.lambda, alpha: self.alpha, shape: self.shape };
+        let basis = Basis {
+            family: Some(family),
+            beta: self.beta,
+            lambda: self.lambda,
+            alpha: self.alpha,
+            shape: self.shape,
+        };
         basis.parse(context).map(Outline::Single)
     }
 
@@ -148,19 +174,29 @@ impl Curve {
             let mut bases = parse_list(context, bases)?;
             match bases.pop() {
                 Some(only) if bases.is_empty() => Ok(core::Bases::Common(only)),
-                Some(last) => Ok(core::Bases::PerSegment(bases.into_iter().chain([last]).collect())),
+                Some(last) => {
+                    Ok(core::Bases::PerSegment(bases.into_iter().chain([last]).collect()))
+                }
                 None => Err(Fault::TooFew { what: "bases", count: 0, least: 1 }.into()),
             }
         };
-        let parts = both(part(self.bases, "bases", list), part(self.knots, "knots", |knots| Breaks::new(context, knots)));
-        let order = part(self.order, "order", |order| Ok(core::within_degrees(context, "order", order.0).map(|()| order.0)?));
+        let parts = both(
+            part(self.bases, "bases", list),
+            part(self.knots, "knots", |knots| Breaks::new(context, knots)),
+        );
+        let order = part(self.order, "order", |order| {
+            Ok(core::within_degrees(context, "order", order.0).map(|()| order.0)?)
+        });
         let ((bases, breaks), order) = both(parts, order)?;
         Ok(Outline::Piecewise { bases, breaks, order, closed: self.closed.unwrap_or(false) })
     }
 
     fn bspline(self, context: &Context) -> Result<Outline, Error> {
-        let degree = part(self.degree, "degree", |degree| Ok(core::within_degrees(context, "degree", degree.0).map(|()| degree.0)?));
-        let knots = part(self.knots, "knots", |knots| increasing("knots", &knots, false).map(|()| knots));
+        let degree = part(self.degree, "degree", |degree| {
+            Ok(core::within_degrees(context, "degree", degree.0).map(|()| degree.0)?)
+        });
+        let knots =
+            part(self.knots, "knots", |knots| increasing("knots", &knots, false).map(|()| knots));
         let (degree, knots) = both(degree, knots)?;
         Ok(Outline::BSpline { degree, knots, closed: self.closed.unwrap_or(false) })
     }

@@ -36,14 +36,15 @@ pub trait Field: Described + DeserializeOwned {
         Self::deserialize(deserializer)
     }
 
-    /// Such values as rows of raw numbers, where a request may have them: those beginning at `start`.
+    /// Such values as rows of raw numbers, where a request may have them: those beginning at
+    /// `start`.
     fn from_raw(_rows: raw::Rows) -> Option<Vec<Self>> {
         None
     }
 }
 
-/// The longest list that is read: the knots of the largest curve. Longer ones are refused while they are read, before they
-/// take memory that no request needs.
+/// The longest list that is read: the knots of the largest curve. Longer ones are refused while
+/// they are read, before they take memory that no request needs.
 pub const ITEMS: usize = limits::CONTROL_POINTS + limits::DEGREE + 1;
 
 /// The refusal of a longer list; [`crate::api::json`] knows it by its beginning.
@@ -77,7 +78,11 @@ impl<'de, T: Field> DeserializeSeed<'de> for Reader<T> {
 ///
 /// # Errors
 /// The first item that is none; more than [`ITEMS`].
-pub(super) fn read_each<'de, S, A>(seq: &mut A, seed: S, mut take: impl FnMut(S::Value)) -> Result<(), A::Error>
+pub(super) fn read_each<'de, S, A>(
+    seq: &mut A,
+    seed: S,
+    mut take: impl FnMut(S::Value),
+) -> Result<(), A::Error>
 where
     S: DeserializeSeed<'de> + Copy,
     A: SeqAccess<'de>,
@@ -165,8 +170,9 @@ impl<T: Field> Field for Vec<T> {
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Vec<T>, A::Error> {
                 let rows = raw::rows(map)?;
-                let fault =
-                    |()| A::Error::custom(rows.misfit("0: a list of plain numbers (only lists of numbers and of points may be raw)"));
+                let fault = |()| {
+                    A::Error::custom(rows.misfit("0: a list of plain numbers (only lists of numbers and of points may be raw)"))
+                };
                 T::from_raw(rows.clone()).ok_or(()).map_err(fault)
             }
         }
@@ -201,7 +207,11 @@ pub fn need<T>(field: Option<T>, name: &'static str) -> Result<T, Error> {
 ///
 /// # Errors
 /// [`Fault::Missing`] at the object; what is wrong with the value, at its field.
-pub fn part<T, U>(field: Option<T>, name: &'static str, parse: impl FnOnce(T) -> Result<U, Error>) -> Result<U, Error> {
+pub fn part<T, U>(
+    field: Option<T>,
+    name: &'static str,
+    parse: impl FnOnce(T) -> Result<U, Error>,
+) -> Result<U, Error> {
     parse(need(field, name)?).at(name)
 }
 
@@ -230,7 +240,11 @@ impl<'de> Deserialize<'de> for Whole {
 
             fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Whole, E> {
                 let whole = (0.0..=Whole::MOST).contains(&value) && value.fract() == 0.0;
-                if whole { Ok(Whole(value as usize)) } else { Err(E::invalid_type(serde::de::Unexpected::Float(value), &self)) }
+                if whole {
+                    Ok(Whole(value as usize))
+                } else {
+                    Err(E::invalid_type(serde::de::Unexpected::Float(value), &self))
+                }
             }
         }
         deserializer.deserialize_any(WholeVisitor)
@@ -260,7 +274,9 @@ impl<'de, T: Field, const N: usize> Deserialize<'de> for Tuple<T, N> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         // A list first: a reader of N values would take one too many for broken JSON.
         let values = Vec::read(deserializer)?;
-        let wrong = |values: Vec<T>| serde::de::Error::invalid_length(values.len(), &format!("an array of {N}").as_str());
+        let wrong = |values: Vec<T>| {
+            serde::de::Error::invalid_length(values.len(), &format!("an array of {N}").as_str())
+        };
         values.try_into().map(Tuple).map_err(wrong)
     }
 }

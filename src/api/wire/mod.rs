@@ -1,8 +1,8 @@
 //! What the JSON looks like: every object of the contract, declared once.
 //!
-//! `object!` and `union!` make of one declaration the type that reads and writes the JSON and
-//! the schema that describes it, so that the three cannot drift apart. Each wire type then turns into its
-//! core type in one step (`parse`), where everything semantic is checked.
+//! `object!` and `union!` make of one declaration the type that reads and writes the JSON and the
+//! schema that describes it, so that the three cannot drift apart. Each wire type then turns into
+//! its core type in one step (`parse`), where everything semantic is checked.
 
 mod basis;
 mod curve;
@@ -18,7 +18,9 @@ pub mod tolerant;
 pub use basis::{Basis, Shape, Target, bases};
 pub use curve::{Curve, Dimensioned};
 pub use field::{Described, Field, TOO_LONG, Tuple, Whole, list, need, number, part, whole};
-pub use object::{Part, Variant, constant, missing, one_of, refuse, schema_of, set, set_by, union_schema};
+pub use object::{
+    Part, Variant, constant, missing, one_of, refuse, schema_of, set, set_by, union_schema,
+};
 pub use points::{Points, Vector, space_list};
 pub use report::{Continuity, ReportStyle};
 pub use rules::{EndCondition, Parameterization};

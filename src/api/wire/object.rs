@@ -4,17 +4,19 @@ use std::fmt;
 
 use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess};
 use utoipa::openapi::RefOr;
-use utoipa::openapi::schema::{AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
+use utoipa::openapi::schema::{
+    AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type,
+};
 
 use crate::api::wire::field::{Field, read_value};
 use crate::api::wire::tolerant;
 use crate::core::error::{Error, Fault, every};
 
-/// Declares a JSON object: `required` or `optional` fields, each with its documentation, its type and, where
-/// the type alone does not say enough, its schema.
+/// Declares a JSON object: `required` or `optional` fields, each with its documentation, its type
+/// and, where the type alone does not say enough, its schema.
 ///
-/// The struct has an `Option` for every field; unknown and repeated fields are refused by name, and so is
-/// `null`; fields without a value are not written.
+/// The struct has an `Option` for every field; unknown and repeated fields are refused by name, and
+/// so is `null`; fields without a value are not written.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! object {
@@ -26,12 +28,13 @@ macro_rules! object {
     };
 }
 
-/// Declares a JSON object whose fields depend on a tag: all fields once, then the variants, each with the name
-/// of its schema, the fields it requires and allows, in `either [..]` those of which exactly one is given, each with the name of the
-/// schema of that choice, and, in `where { .. }`, those that it describes otherwise.
+/// Declares a JSON object whose fields depend on a tag: all fields once, then the variants, each
+/// with the name of its schema, the fields it requires and allows, in `either [..]` those of which
+/// exactly one is given, each with the name of the schema of that choice, and, in `where { .. }`,
+/// those that it describes otherwise.
 ///
-/// The struct is flat, so that a fault anywhere inside keeps its exact place; `kind` checks that the fields
-/// present are those of the variant. The schema is a `oneOf` with a discriminator.
+/// The struct is flat, so that a fault anywhere inside keeps its exact place; `kind` checks that
+/// the fields present are those of the variant. The schema is a `oneOf` with a discriminator.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! union {
@@ -64,7 +67,8 @@ macro_rules! union {
                 Self { $tag: Some(kind), ..Self::default() }
             }
 
-            /// The variant, once it is known that its required fields are there and no foreign ones.
+            /// The variant, once it is known that its required fields are there and no foreign
+            /// ones.
             ///
             /// # Errors
             /// A missing tag or field, or a field of another variant.
@@ -205,7 +209,8 @@ macro_rules! nested {
     };
 }
 
-/// Declares a JSON object that only answers hold: a required field is there, an optional one may be.
+/// Declares a JSON object that only answers hold: a required field is there, an optional one may
+/// be.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! answer {
@@ -289,8 +294,13 @@ macro_rules! described {
     };
 }
 
-/// Reads the value of a field into its place, once. Where the reader goes on after a fault, the place stays empty.
-pub fn set<'de, T: Field, A: MapAccess<'de>>(place: &mut Option<T>, name: &'static str, map: &mut A) -> Result<(), A::Error> {
+/// Reads the value of a field into its place, once. Where the reader goes on after a fault, the
+/// place stays empty.
+pub fn set<'de, T: Field, A: MapAccess<'de>>(
+    place: &mut Option<T>,
+    name: &'static str,
+    map: &mut A,
+) -> Result<(), A::Error> {
     set_by(place, name, map, read_value)
 }
 
@@ -308,7 +318,11 @@ pub fn set_by<'de, T, A: MapAccess<'de>>(
 }
 
 /// Refuses a field that the object does not have.
-pub fn refuse<'de, A: MapAccess<'de>>(map: &mut A, name: &str, known: &'static [&'static str]) -> Result<(), A::Error> {
+pub fn refuse<'de, A: MapAccess<'de>>(
+    map: &mut A,
+    name: &str,
+    known: &'static [&'static str],
+) -> Result<(), A::Error> {
     go_on(map.next_value_seed(Refusal::Unknown(name, known)))
 }
 
@@ -361,7 +375,8 @@ pub struct Variant {
     pub required: &'static [&'static str],
     /// The fields it may have.
     pub optional: &'static [&'static str],
-    /// Fields of which exactly one is given, with the name of the schema for each choice; mostly none.
+    /// Fields of which exactly one is given, with the name of the schema for each choice; mostly
+    /// none.
     pub either: &'static [(&'static str, &'static str)],
     /// The fields that it describes otherwise than the union does.
     pub own: fn() -> Vec<Part>,
@@ -372,7 +387,9 @@ impl Variant {
     fn forms(&self) -> Vec<(&'static str, Option<&'static str>)> {
         match self.either {
             [] => vec![(self.schema_name, None)],
-            choices => choices.iter().map(|(field, schema_name)| (*schema_name, Some(*field))).collect(),
+            choices => {
+                choices.iter().map(|(field, schema_name)| (*schema_name, Some(*field))).collect()
+            }
         }
     }
 
@@ -390,13 +407,25 @@ impl Variant {
     ///
     /// # Errors
     /// [`Fault::ForeignField`] at each such field, [`Fault::Missing`] at the object.
-    pub fn check(variants: &'static [Variant], kind: usize, present: &[&'static str]) -> Result<(), Error> {
+    pub fn check(
+        variants: &'static [Variant],
+        kind: usize,
+        present: &[&'static str],
+    ) -> Result<(), Error> {
         let variant = &variants[kind];
         let foreign = |field: &'static str| {
-            let owners = variants.iter().filter(|v| v.has(field)).map(|v| v.text).collect::<Vec<_>>().join(", ");
+            let owners = variants
+                .iter()
+                .filter(|v| v.has(field))
+                .map(|v| v.text)
+                .collect::<Vec<_>>()
+                .join(", ");
             Fault::ForeignField { field, of: variant.text, owners }.at(field)
         };
-        let foreign = present.iter().filter(|field| !variant.has(field)).map(|&field| Err::<(), _>(foreign(field)));
+        let foreign = present
+            .iter()
+            .filter(|field| !variant.has(field))
+            .map(|&field| Err::<(), _>(foreign(field)));
         let absent = variant.required.iter().filter(|field| !present.contains(field));
         every(absent.map(|field| Err(missing(field))).chain(foreign)).map(drop)
     }
@@ -413,12 +442,15 @@ pub fn constant(value: &str) -> ObjectBuilder {
 pub fn one_of(names: &[&str]) -> RefOr<Schema> {
     match names {
         [only] => constant(only).into(),
-        several => ObjectBuilder::new().schema_type(Type::String).enum_values(Some(several.iter().copied())).into(),
+        several => ObjectBuilder::new()
+            .schema_type(Type::String)
+            .enum_values(Some(several.iter().copied()))
+            .into(),
     }
 }
 
-/// The closed schema of an object; `tag` adds a property with one allowed value; `own` replaces parts of the same name. `required` answers `None` for
-/// fields that the object does not have.
+/// The closed schema of an object; `tag` adds a property with one allowed value; `own` replaces
+/// parts of the same name. `required` answers `None` for fields that the object does not have.
 pub fn schema_of(
     doc: &str,
     tag: Option<(&str, &str)>,
@@ -428,7 +460,9 @@ pub fn schema_of(
 ) -> RefOr<Schema> {
     let mut object = ObjectBuilder::new().schema_type(Type::Object).description(Some(tidy(doc)));
     if let Some((name, value)) = tag {
-        object = object.property(name, constant(value).description(Some(format!("Always `{value}`.")))).required(name);
+        object = object
+            .property(name, constant(value).description(Some(format!("Always `{value}`."))))
+            .required(name);
     }
     for part in parts {
         let Some(required) = required(part.name) else { continue };
@@ -442,20 +476,36 @@ pub fn schema_of(
 }
 
 /// Adds the schema of each variant, and of their union under its own name.
-pub fn union_schema(name: &str, doc: &str, tag: &str, variants: &[Variant], parts: &[Part], components: &mut Vec<(String, RefOr<Schema>)>) {
+pub fn union_schema(
+    name: &str,
+    doc: &str,
+    tag: &str,
+    variants: &[Variant],
+    parts: &[Part],
+    components: &mut Vec<(String, RefOr<Schema>)>,
+) {
     let reference = |variant: &Variant| format!("#/components/schemas/{}", variant.schema_name);
     let mapping = variants.iter().map(|variant| (variant.text, reference(variant)));
-    // A value that several schemas share maps to none; the constants in the schemas tell the variants apart all the same.
+    // A value that several schemas share maps to none; the constants in the schemas tell the
+    // variants apart all the same.
     let is_told = variants.iter().all(|variant| variant.either.is_empty());
     let discriminator = is_told.then(|| Discriminator::with_mapping(tag, mapping));
     let mut union = OneOfBuilder::new().description(Some(tidy(doc))).discriminator(discriminator);
     for variant in variants {
         for (schema_name, chosen) in variant.forms() {
             let required = |field: &str| match chosen {
-                Some(chosen) if variant.either.iter().any(|(other, _)| *other == field) => (field == chosen).then_some(true),
+                Some(chosen) if variant.either.iter().any(|(other, _)| *other == field) => {
+                    (field == chosen).then_some(true)
+                }
                 _ => variant.has(field).then(|| variant.required.contains(&field)),
             };
-            let schema = schema_of(variant.doc, Some((tag, variant.text)), parts, &(variant.own)(), required);
+            let schema = schema_of(
+                variant.doc,
+                Some((tag, variant.text)),
+                parts,
+                &(variant.own)(),
+                required,
+            );
             components.push((schema_name.into(), schema));
             union = union.item(Ref::from_schema_name(schema_name));
         }

@@ -96,7 +96,13 @@ impl Points {
 }
 
 fn wrong_dimension(count: usize, expected: usize) -> Error {
-    Fault::WrongCount { what: "coordinates", count, expected, rule: "as many as the data points have" }.into()
+    Fault::WrongCount {
+        what: "coordinates",
+        count,
+        expected,
+        rule: "as many as the data points have",
+    }
+    .into()
 }
 
 impl Vector {
@@ -147,7 +153,8 @@ impl<'de, const D: usize> Deserialize<'de> for Fixed<D> {
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Fixed<D>, A::Error> {
                 let mut point = Point::ZERO;
                 for i in 0..D {
-                    point[i] = coordinate(&mut seq)?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                    point[i] =
+                        coordinate(&mut seq)?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
                 }
                 match coordinate(&mut seq)? {
                     Some(_) => Err(A::Error::invalid_length(D + 1 + rest(&mut seq)?, &self)),
@@ -173,7 +180,9 @@ impl<'de> Deserialize<'de> for Vector {
                 let short = |i: usize| A::Error::invalid_length(i, &VectorVisitor);
                 let x = coordinate(&mut seq)?.ok_or_else(|| short(0))?;
                 let y = coordinate(&mut seq)?.ok_or_else(|| short(1))?;
-                let Some(z) = coordinate(&mut seq)? else { return Ok(Vector::Plane(Point([x, y]))) };
+                let Some(z) = coordinate(&mut seq)? else {
+                    return Ok(Vector::Plane(Point([x, y])));
+                };
                 match coordinate(&mut seq)? {
                     Some(_) => Err(short(4 + rest(&mut seq)?)),
                     None => Ok(Vector::Space(Point([x, y, z]))),
@@ -195,7 +204,10 @@ impl<'de> Deserialize<'de> for Points {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Points, A::Error> {
-                fn after<'de, const D: usize, A: SeqAccess<'de>>(first: Point<D>, seq: &mut A) -> Result<Vec<Point<D>>, A::Error> {
+                fn after<'de, const D: usize, A: SeqAccess<'de>>(
+                    first: Point<D>,
+                    seq: &mut A,
+                ) -> Result<Vec<Point<D>>, A::Error> {
                     let mut points = vec![first];
                     read_each(seq, PhantomData::<Fixed<D>>, |Fixed(point)| points.push(point))?;
                     Ok(points)
@@ -214,7 +226,8 @@ impl<'de> Deserialize<'de> for Points {
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Points, A::Error> {
                 let rows = raw::rows(map)?;
-                let points = rows.points().map(Points::Plane).or_else(|| rows.points().map(Points::Space));
+                let points =
+                    rows.points().map(Points::Plane).or_else(|| rows.points().map(Points::Space));
                 points.ok_or_else(|| A::Error::custom(rows.misfit("2 or 3: a list of points")))
             }
         }
@@ -248,11 +261,14 @@ fn coordinates(count: usize, doc: &str) -> RefOr<Schema> {
 }
 
 fn collect_dimensions(components: &mut Components) {
-    components.push(("Point2".into(), coordinates(2, "x and y, in the unit of the client's choice.")));
-    components.push(("Point3".into(), coordinates(3, "x, y and z, in the unit of the client's choice.")));
+    components
+        .push(("Point2".into(), coordinates(2, "x and y, in the unit of the client's choice.")));
+    components
+        .push(("Point3".into(), coordinates(3, "x, y and z, in the unit of the client's choice.")));
 }
 
-/// The schema of a list of 3D points, or vectors; goes with [`Points`], which names the schema of a point.
+/// The schema of a list of 3D points, or vectors; goes with [`Points`], which names the schema of a
+/// point.
 pub fn space_list() -> ArrayBuilder {
     ArrayBuilder::new().items(Ref::from_schema_name("Point3"))
 }
@@ -269,7 +285,10 @@ impl Described for Points {
         let list = |name: &str| ArrayBuilder::new().items(Ref::from_schema_name(name));
         let doc = "Points, or vectors, all of one dimension: 2D or 3D.";
         // anyOf: an empty list is both.
-        let union = utoipa::openapi::schema::AnyOfBuilder::new().item(list("Point2")).item(list("Point3")).description(Some(doc));
+        let union = utoipa::openapi::schema::AnyOfBuilder::new()
+            .item(list("Point2"))
+            .item(list("Point3"))
+            .description(Some(doc));
         components.push(("Points".into(), Schema::AnyOf(union.build()).into()));
     }
 }
@@ -283,7 +302,9 @@ impl Described for Vector {
 
     fn collect(components: &mut Components) {
         collect_dimensions(components);
-        let union = OneOfBuilder::new().item(Ref::from_schema_name("Point2")).item(Ref::from_schema_name("Point3"));
+        let union = OneOfBuilder::new()
+            .item(Ref::from_schema_name("Point2"))
+            .item(Ref::from_schema_name("Point3"));
         components.push(("Vector".into(), union.description(Some("One vector, 2D or 3D.")).into()));
     }
 }

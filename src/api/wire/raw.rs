@@ -1,4 +1,5 @@
-//! Requests in the raw format (see [`crate::api::output`]): lists of numbers and of points may stand after the header.
+//! Requests in the raw format (see [`crate::api::output`]): lists of numbers and of points may
+//! stand after the header.
 
 use std::cell::RefCell;
 
@@ -48,9 +49,16 @@ fn split(body: &[u8]) -> Option<(&[u8], &[u8])> {
 }
 
 /// Reads a list: an array, and in a raw request also what stands for one.
-pub fn deserialize_list<'de, D: Deserializer<'de>, V: Visitor<'de>>(deserializer: D, visitor: V) -> Result<V::Value, D::Error> {
+pub fn deserialize_list<'de, D: Deserializer<'de>, V: Visitor<'de>>(
+    deserializer: D,
+    visitor: V,
+) -> Result<V::Value, D::Error> {
     let is_raw = NUMBERS.with_borrow(Option::is_some);
-    if is_raw { deserializer.deserialize_any(visitor) } else { deserializer.deserialize_seq(visitor) }
+    if is_raw {
+        deserializer.deserialize_any(visitor)
+    } else {
+        deserializer.deserialize_seq(visitor)
+    }
 }
 
 /// Numbers in rows.
@@ -67,7 +75,9 @@ pub struct Rows {
 pub fn rows<'de, A: MapAccess<'de>>(mut map: A) -> Result<Rows, A::Error> {
     let key: Option<String> = map.next_key()?;
     if key.as_deref() != Some("$f64") {
-        return Err(A::Error::custom("expected an array, or an object of the form {\"$f64\": [start, rows, columns]}"));
+        return Err(A::Error::custom(
+            "expected an array, or an object of the form {\"$f64\": [start, rows, columns]}",
+        ));
     }
     let [start, rows, columns]: [usize; 3] = map.next_value()?;
     if map.next_key::<String>()?.is_some() {
@@ -77,7 +87,10 @@ pub fn rows<'de, A: MapAccess<'de>>(mut map: A) -> Result<Rows, A::Error> {
         return Err(too_long());
     }
     let from = start.checked_mul(8);
-    let to = rows.checked_mul(columns.max(1)).and_then(|count| count.checked_mul(8)).and_then(|length| from?.checked_add(length));
+    let to = rows
+        .checked_mul(columns.max(1))
+        .and_then(|count| count.checked_mul(8))
+        .and_then(|length| from?.checked_add(length));
     let held = NUMBERS.with_borrow(Clone::clone).unwrap_or_default();
     match from.zip(to) {
         Some((from, to)) if to <= held.len() => Ok(Rows { bytes: held.slice(from..to), columns }),
@@ -88,8 +101,14 @@ pub fn rows<'de, A: MapAccess<'de>>(mut map: A) -> Result<Rows, A::Error> {
 /// Why numbers are not there.
 fn beyond(held: usize, (start, rows, columns): (usize, usize, usize)) -> String {
     let numbers = if held == 1 { "number follows" } else { "numbers follow" };
-    let wanted = if columns == 0 { format!("{rows} numbers") } else { format!("{rows} rows of {columns} numbers") };
-    format!("{wanted} from number {start} on are asked for, but {held} {numbers} the header; the first of them is number 0")
+    let wanted = if columns == 0 {
+        format!("{rows} numbers")
+    } else {
+        format!("{rows} rows of {columns} numbers")
+    };
+    format!(
+        "{wanted} from number {start} on are asked for, but {held} {numbers} the header; the first of them is number 0"
+    )
 }
 
 impl Rows {

@@ -61,14 +61,17 @@ crate::answer! {
     pub struct Continuity {
         /// The class that every joint meets; C2 for a single segment.
         required class: Class,
-        /// The tolerance used: a jump of a derivative counts from this fraction of the derivative's largest control vector on the
-        /// two segments, a gap from this fraction of their extent, rounding errors aside.
+        /// The tolerance used: a jump of a derivative counts from this fraction of the derivative's
+        /// largest control vector on the two segments, a gap from this fraction of their extent,
+        /// rounding errors aside.
         required tolerance: f64,
         /// A gap allowed besides, in the unit of the coordinates, where one was given.
         optional gap_tolerance: f64,
-        /// The largest value of each measure over all joints, with the lowest classes; left out for a single segment.
+        /// The largest value of each measure over all joints, with the lowest classes; left out for
+        /// a single segment.
         optional worst: Joint,
-        /// Every joint in order; for a closed curve the last is the seam, at the end parameter. Left out of a summary.
+        /// Every joint in order; for a closed curve the last is the seam, at the end parameter.
+        /// Left out of a summary.
         optional joints: Vec<Joint>,
     }
 }
@@ -111,7 +114,8 @@ impl Continuity {
             tolerance: report.tolerance.relative,
             gap_tolerance: (report.tolerance.gap > 0.0).then_some(report.tolerance.gap),
             worst: report.worst().map(|joint| Joint { parameter: None, ..Joint::from(&joint) }),
-            joints: (style == ReportStyle::Full).then(|| report.joints.iter().map(Joint::from).collect()),
+            joints: (style == ReportStyle::Full)
+                .then(|| report.joints.iter().map(Joint::from).collect()),
         }
     }
 }

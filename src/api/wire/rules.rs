@@ -9,7 +9,8 @@ use crate::core::parameterization as core;
 crate::union! {
     /// How the points get their parameters; default chord-length.
     pub struct Parameterization by kind: ParameterizationKind {
-        /// One knot per point, strictly increasing; a closed curve has one more, where it returns to the first point.
+        /// One knot per point, strictly increasing; a closed curve has one more, where it returns
+        /// to the first point.
         knots: Vec<f64>,
     }
     /// 0, 1, 2, ...: blind to distances.
@@ -32,7 +33,9 @@ impl Parameterization {
             ParameterizationKind::Uniform => core::Parameterization::Uniform,
             ParameterizationKind::ChordLength => core::Parameterization::ChordLength,
             ParameterizationKind::Centripetal => core::Parameterization::Centripetal,
-            ParameterizationKind::Knots => core::Parameterization::Given(need(self.knots, "knots")?),
+            ParameterizationKind::Knots => {
+                core::Parameterization::Given(need(self.knots, "knots")?)
+            }
         })
     }
 
@@ -45,7 +48,8 @@ impl Parameterization {
 crate::union! {
     /// What holds at one end of an open curve; default natural.
     pub struct EndCondition by kind: EndKind {
-        /// The first derivative there, with respect to the parameter that the parameterization gives.
+        /// The first derivative there, with respect to the parameter that the parameterization
+        /// gives.
         vector: Vector,
     }
     /// The second derivative vanishes.
@@ -65,7 +69,9 @@ impl EndCondition {
         Ok(match self.kind()? {
             EndKind::Natural => End::Natural,
             EndKind::NotAKnot => End::NotAKnot,
-            EndKind::Derivative => End::Derivative(need(self.vector, "vector")?.of_dimension().at("vector")?),
+            EndKind::Derivative => {
+                End::Derivative(need(self.vector, "vector")?.of_dimension().at("vector")?)
+            }
         })
     }
 

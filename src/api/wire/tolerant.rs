@@ -1,12 +1,16 @@
 //! Reading on after a fault, so that a client learns of all that is wrong with a request at once.
 //!
-//! A reader of JSON cannot go on inside a value that it has refused. Here every value is first cut out of the text, which is known
-//! to be JSON, and then read by itself: its fault is noted with its place, and the next value is read.
+//! A reader of JSON cannot go on inside a value that it has refused. Here every value is first cut
+//! out of the text, which is known to be JSON, and then read by itself: its fault is noted with its
+//! place, and the next value is read.
 
 use std::cell::{Cell, RefCell};
 use std::fmt::{self, Display};
 
-use serde::de::{self, DeserializeSeed, Deserializer, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::de::{
+    self, DeserializeSeed, Deserializer, Expected, IntoDeserializer, MapAccess, SeqAccess,
+    Unexpected, Visitor,
+};
 use serde::forward_to_deserialize_any;
 use serde_json::value::RawValue;
 
@@ -40,12 +44,21 @@ pub struct Misfit {
 impl Misfit {
     /// A field that the whole value lacks.
     pub fn missing(name: &str) -> Self {
-        Misfit { pointer: String::new(), code: "missing_field", detail: format!("the field `{name}` is missing"), meant: None }
+        Misfit {
+            pointer: String::new(),
+            code: "missing_field",
+            detail: format!("the field `{name}` is missing"),
+            meant: None,
+        }
     }
 }
 
-/// Reads what can be read of a JSON value, and what is wrong with the rest: the first faults, and how many there are.
-pub fn read<'de, T: de::Deserialize<'de>>(context: &Context, text: &'de RawValue) -> (Option<T>, Vec<Misfit>, usize) {
+/// Reads what can be read of a JSON value, and what is wrong with the rest: the first faults, and
+/// how many there are.
+pub fn read<'de, T: de::Deserialize<'de>>(
+    context: &Context,
+    text: &'de RawValue,
+) -> (Option<T>, Vec<Misfit>, usize) {
     /// Is over when it is over, after a panic too.
     struct Reset;
     impl Drop for Reset {
@@ -55,7 +68,12 @@ pub fn read<'de, T: de::Deserialize<'de>>(context: &Context, text: &'de RawValue
     }
     READS_ON.set(true);
     let _reset = Reset;
-    let notes = Notes { found: RefCell::default(), count: Cell::new(0), path: RefCell::default(), pace: RefCell::new(context.pace()) };
+    let notes = Notes {
+        found: RefCell::default(),
+        count: Cell::new(0),
+        path: RefCell::default(),
+        pace: RefCell::new(context.pace()),
+    };
     let value = notes.noted(T::deserialize(Value { text, notes: &notes }));
     (value.ok(), notes.found.take(), notes.count.get())
 }
@@ -75,7 +93,11 @@ impl Notes<'_> {
     }
 
     /// Reads one level further in.
-    fn within<T>(&self, step: impl Display, read: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    fn within<T>(
+        &self,
+        step: impl Display,
+        read: impl FnOnce() -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
         use fmt::Write;
         let length = self.path.borrow().len();
         let _ = write!(self.path.borrow_mut(), "/{step}");
@@ -113,9 +135,14 @@ impl Failure {
         Failure::New { code, detail, meant: None }
     }
 
-    /// What the parser refuses of a text that is JSON: a number beyond a double, half of a surrogate pair.
+    /// What the parser refuses of a text that is JSON: a number beyond a double, half of a
+    /// surrogate pair.
     fn of_parser(error: &serde_json::Error) -> Self {
-        let code = if error.to_string().starts_with("number out of range") { "number_out_of_range" } else { "not_json" };
+        let code = if error.to_string().starts_with("number out of range") {
+            "number_out_of_range"
+        } else {
+            "not_json"
+        };
         Failure::new(code, in_json_terms(error))
     }
 }
@@ -138,7 +165,10 @@ impl de::Error for Failure {
     }
 
     fn invalid_type(found: Unexpected, expected: &dyn Expected) -> Self {
-        Failure::new("wrong_type", format!("this is {}; expected {}", in_words(found), expectation(expected)))
+        Failure::new(
+            "wrong_type",
+            format!("this is {}; expected {}", in_words(found), expectation(expected)),
+        )
     }
 
     fn invalid_value(found: Unexpected, expected: &dyn Expected) -> Self {
@@ -147,30 +177,43 @@ impl de::Error for Failure {
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
         let items = if length == 1 { "item" } else { "items" };
-        Failure::new("wrong_type", format!("this has {length} {items}; expected {}", expectation(expected)))
+        Failure::new(
+            "wrong_type",
+            format!("this has {length} {items}; expected {}", expectation(expected)),
+        )
     }
 
     fn unknown_variant(value: &str, known: &'static [&'static str]) -> Self {
         let meant = meant(value, known.iter().copied());
         let hint = meant.map_or(String::new(), |name| format!(" (did you mean `{name}`?)"));
         let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-        Failure::new("unknown_variant", format!("unknown value `{}`{hint}; allowed: {}", shortened(value), known.join(", ")))
+        Failure::new(
+            "unknown_variant",
+            format!("unknown value `{}`{hint}; allowed: {}", shortened(value), known.join(", ")),
+        )
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
         let meant = meant(name, known.iter().copied());
         let hint = meant.map_or(String::new(), |name| format!(" (did you mean `{name}`?)"));
-        let detail = format!("unknown field `{}`{hint}; the fields here are {}", shortened(name), known.join(", "));
+        let detail = format!(
+            "unknown field `{}`{hint}; the fields here are {}",
+            shortened(name),
+            known.join(", ")
+        );
         Failure::New { code: "unknown_field", detail, meant: meant.map(str::to_owned) }
     }
 
     fn duplicate_field(name: &'static str) -> Self {
-        Failure::new("duplicate_field", format!("the field `{name}` was given before; give it once"))
+        Failure::new(
+            "duplicate_field",
+            format!("the field `{name}` was given before; give it once"),
+        )
     }
 }
 
-/// The known name that is nearest to one that is not known, if it is near: a letter left out, added, changed or swapped with its
-/// neighbour counts 1, and one in three letters may be wrong.
+/// The known name that is nearest to one that is not known, if it is near: a letter left out,
+/// added, changed or swapped with its neighbour counts 1, and one in three letters may be wrong.
 pub fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     const LONGEST: usize = 64;
     if name.len() > LONGEST {
@@ -178,7 +221,9 @@ pub fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a
     }
     let distance = |other: &str| strsim::osa_distance(&name.to_lowercase(), other);
     let length = |other: &str| other.chars().count().max(name.chars().count());
-    let near = known.map(|other| (distance(&other.to_lowercase()), other)).filter(|(d, other)| 3 * d <= length(other));
+    let near = known
+        .map(|other| (distance(&other.to_lowercase()), other))
+        .filter(|(d, other)| 3 * d <= length(other));
     near.min_by_key(|(distance, _)| *distance).map(|(_, other)| other)
 }
 
@@ -219,10 +264,13 @@ impl<'de> Deserializer<'de> for Value<'de, '_> {
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
         let mut parser = serde_json::Deserializer::from_str(self.text.get());
-        parser.deserialize_any(Opened { visitor, notes: self.notes }).unwrap_or_else(|error| Err(Failure::of_parser(&error)))
+        parser
+            .deserialize_any(Opened { visitor, notes: self.notes })
+            .unwrap_or_else(|error| Err(Failure::of_parser(&error)))
     }
 
-    /// An object in the place of a list is one only where the reader asked for anything: see [`crate::api::wire::raw`].
+    /// An object in the place of a list is one only where the reader asked for anything: see
+    /// [`crate::api::wire::raw`].
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
         if self.text.get().starts_with('{') {
             return Err(de::Error::invalid_type(Unexpected::Map, &visitor));
@@ -231,7 +279,11 @@ impl<'de> Deserializer<'de> for Value<'de, '_> {
     }
 
     /// Text that is to stay as it is.
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
         let mut parser = serde_json::Deserializer::from_str(self.text.get());
         parser.deserialize_newtype_struct(name, visitor).map_err(|error| Failure::of_parser(&error))
     }
@@ -242,7 +294,8 @@ impl<'de> Deserializer<'de> for Value<'de, '_> {
     }
 }
 
-/// Looks at a value that the parser has opened, for a visitor that wants to hear of our faults, not of the parser's.
+/// Looks at a value that the parser has opened, for a visitor that wants to hear of our faults, not
+/// of the parser's.
 struct Opened<'n, V> {
     visitor: V,
     notes: &'n Notes<'n>,
@@ -305,7 +358,10 @@ struct Items<'n, A> {
 impl<'de, A: SeqAccess<'de>> SeqAccess<'de> for &mut Items<'_, A> {
     type Error = Failure;
 
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Failure> {
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Failure> {
         if self.notes.ended() {
             return Ok(None);
         }
@@ -326,8 +382,12 @@ struct Entries<'n, A> {
 impl<'de, A: MapAccess<'de>> MapAccess<'de> for &mut Entries<'_, A> {
     type Error = Failure;
 
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Failure> {
-        // A key that is no text, for half a surrogate pair, ends the object: it has been refused as a whole before.
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Failure> {
+        // A key that is no text, for half a surrogate pair, ends the object: it has been refused as
+        // a whole before.
         if self.notes.ended() {
             return Ok(None);
         }
@@ -353,7 +413,8 @@ pub struct Rank {
     pub end: usize,
 }
 
-/// The ranks of the values at these places, in the order of the text; of those that are nowhere, the last.
+/// The ranks of the values at these places, in the order of the text; of those that are nowhere,
+/// the last.
 pub fn ranks(text: &RawValue, pointers: &[String]) -> Vec<Rank> {
     let mut ranks = vec![Rank { start: usize::MAX, end: usize::MAX }; pointers.len()];
     rank(text, "", pointers, &mut 0, &mut ranks);
@@ -373,10 +434,21 @@ fn rank(text: &RawValue, at: &str, pointers: &[String], next: &mut usize, ranks:
     *next += 1;
 }
 
-fn rank_inside(text: &RawValue, at: &str, pointers: &[String], next: &mut usize, ranks: &mut [Rank]) {
+fn rank_inside(
+    text: &RawValue,
+    at: &str,
+    pointers: &[String],
+    next: &mut usize,
+    ranks: &mut [Rank],
+) {
     let within = format!("{at}/");
-    let inside: Vec<&str> = pointers.iter().filter_map(|pointer| pointer.strip_prefix(&within)).collect();
-    let leads = |step: &str| inside.iter().any(|rest| rest.strip_prefix(step).is_some_and(|rest| rest.is_empty() || rest.starts_with('/')));
+    let inside: Vec<&str> =
+        pointers.iter().filter_map(|pointer| pointer.strip_prefix(&within)).collect();
+    let leads = |step: &str| {
+        inside.iter().any(|rest| {
+            rest.strip_prefix(step).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        })
+    };
     if inside.is_empty() {
         return;
     }

@@ -18,9 +18,17 @@ impl AlphaBeta {
     /// [`Fault::OutOfRange`] at the parameter.
     pub fn new(alpha: f64, beta: f64) -> Result<Self, Error> {
         let within = |what: &'static str, value: f64, most: f64| {
-            let allowed = || format!("0 < {what} <= {most} (Li 2014, Definition 1; alpha = 1, beta = 3 is the Bezier curve)");
+            let allowed = || {
+                format!(
+                    "0 < {what} <= {most} (Li 2014, Definition 1; alpha = 1, beta = 3 is the Bezier curve)"
+                )
+            };
             let valid = value > 0.0 && value <= most;
-            if valid { Ok(()) } else { Err(Fault::OutOfRange { what, value, allowed: allowed() }.at(what)) }
+            if valid {
+                Ok(())
+            } else {
+                Err(Fault::OutOfRange { what, value, allowed: allowed() }.at(what))
+            }
         };
         both(within("alpha", alpha, 1.0), within("beta", beta, 3.0))?;
         Ok(AlphaBeta { alpha, beta })
@@ -36,7 +44,8 @@ impl AlphaBeta {
         self.beta
     }
 
-    /// How far the inner Bezier points go along the end edges: `Q1 = P0 + (s / 3)(P1 - P0)`, `s = alpha beta`.
+    /// How far the inner Bezier points go along the end edges: `Q1 = P0 + (s / 3)(P1 - P0)`, `s =
+    /// alpha beta`.
     fn third(&self) -> f64 {
         self.alpha * self.beta / 3.0
     }
@@ -45,7 +54,12 @@ impl AlphaBeta {
 /// The 4 x 4 matrix that moves the inner points along the end edges by this fraction.
 fn along_edges(fraction: f64) -> ShapeMatrix {
     let rest = 1.0 - fraction;
-    let rows = [[1.0, 0.0, 0.0, 0.0], [rest, fraction, 0.0, 0.0], [0.0, 0.0, fraction, rest], [0.0, 0.0, 0.0, 1.0]];
+    let rows = [
+        [1.0, 0.0, 0.0, 0.0],
+        [rest, fraction, 0.0, 0.0],
+        [0.0, 0.0, fraction, rest],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
     ShapeMatrix::from_fn(4, 4, |i, j| rows[i][j])
 }
 

@@ -5,7 +5,8 @@ use crate::core::bezier_form::binomials;
 use crate::core::error::{Error, Fault};
 
 /// One parameter for any order, Cheng et al. eq. (3): `beta = 0` is the Bezier curve, a larger
-/// `beta` pulls the curve towards the segment between its end points, `beta = infinity` is that segment.
+/// `beta` pulls the curve towards the segment between its end points, `beta = infinity` is that
+/// segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beta {
     beta: f64,
@@ -27,7 +28,8 @@ impl Beta {
         Err(Fault::OutOfRange { what: "beta", value: beta, allowed: allowed.into() }.at("beta"))
     }
 
-    /// From `lambda = 1 / beta` in [0, infinity), the parameter of Chu and Zeng (Cheng et al. eq. (1)).
+    /// From `lambda = 1 / beta` in [0, infinity), the parameter of Chu and Zeng (Cheng et al. eq.
+    /// (1)).
     ///
     /// # Errors
     /// [`Fault::OutOfRange`] at `lambda`.
@@ -36,7 +38,8 @@ impl Beta {
         if lambda >= 0.0 && lambda.is_finite() {
             return Ok(Beta { beta: 1.0 / lambda.abs(), lambda, given_as_lambda: true });
         }
-        Err(Fault::OutOfRange { what: "lambda", value: lambda, allowed: allowed.into() }.at("lambda"))
+        Err(Fault::OutOfRange { what: "lambda", value: lambda, allowed: allowed.into() }
+            .at("lambda"))
     }
 
     /// `beta`, which is infinite in the straight limit.
@@ -98,7 +101,8 @@ impl Family for Beta {
     }
 
     fn shape_matrix(&self, order: usize) -> ShapeMatrix {
-        // The second half of the columns mirrors the first: the basis is symmetric, so let its rounding be too.
+        // The second half of the columns mirrors the first: the basis is symmetric, so let its
+        // rounding be too.
         let columns: Vec<_> = (0..=order / 2).map(|k| self.column(order, k)).collect();
         ShapeMatrix::from_fn(order + 1, order + 1, |i, j| match columns.get(j) {
             Some(column) if 2 * j < order || i <= order - i => column[i],
@@ -110,7 +114,8 @@ impl Family for Beta {
         self.beta == 0.0
     }
 
-    /// For cubics in closed form: the inverse of Cheng et al. eq. (8) and (9). None in the straight limit.
+    /// For cubics in closed form: the inverse of Cheng et al. eq. (8) and (9). None in the straight
+    /// limit.
     fn inverse(&self, order: usize) -> Option<ShapeMatrix> {
         let b = self.beta;
         if b.is_infinite() {
@@ -142,7 +147,12 @@ mod tests {
     /// Cheng et al. eq. (8) as printed.
     fn equation_8(b: f64) -> [f64; 4] {
         let common = (1.0 + b) * (1.0 + 2.0 * b);
-        [b * (3.0 + 4.0 * b) / (3.0 * common), 1.0 / (1.0 + 2.0 * b), b / common, 2.0 * b * b / (3.0 * common)]
+        [
+            b * (3.0 + 4.0 * b) / (3.0 * common),
+            1.0 / (1.0 + 2.0 * b),
+            b / common,
+            2.0 * b * b / (3.0 * common),
+        ]
     }
 
     #[test]
@@ -165,7 +175,14 @@ mod tests {
         assert!(Beta::from_lambda(0.0).unwrap().inverse(3).is_none());
         assert_eq!(Beta::from_lambda(-0.0).unwrap().shape_matrix(3), chord);
         assert!(Beta::from_beta(-0.0).unwrap().is_identity());
-        assert!(Beta::from_lambda(1e-320).unwrap().shape_matrix(64).rows().flatten().all(|m| m.is_finite()));
+        assert!(
+            Beta::from_lambda(1e-320)
+                .unwrap()
+                .shape_matrix(64)
+                .rows()
+                .flatten()
+                .all(|m| m.is_finite())
+        );
     }
 
     /// The de Casteljau-like scheme of Cheng et al. Figure 7, which never forms a shape matrix.
@@ -203,7 +220,10 @@ mod tests {
         for b in [0.1, 1.0, 10.0] {
             let beta = Beta::from_beta(b).unwrap();
             let product = beta.shape_matrix(3).dense() * beta.inverse(3).unwrap().dense();
-            assert!((product - nalgebra::DMatrix::identity(4, 4)).amax() < 1e-12 * (1.0 + b * b), "beta {b}");
+            assert!(
+                (product - nalgebra::DMatrix::identity(4, 4)).amax() < 1e-12 * (1.0 + b * b),
+                "beta {b}"
+            );
         }
     }
 }

@@ -53,7 +53,10 @@ trait Family {
 
     /// Why [`Family::inverse`] is `None`.
     fn no_inverse_because(&self) -> String {
-        format!("the shape matrix of this {} basis is singular; ask for the bezier form", self.name())
+        format!(
+            "the shape matrix of this {} basis is singular; ask for the bezier form",
+            self.name()
+        )
     }
 }
 
@@ -74,7 +77,8 @@ pub enum Basis {
 #[derive(Debug, Clone)]
 pub struct WayBack {
     inverse: Option<ShapeMatrix>,
-    /// The 2-norm condition number of the shape matrix: the factor by which it may amplify relative errors.
+    /// The 2-norm condition number of the shape matrix: the factor by which it may amplify relative
+    /// errors.
     pub condition: f64,
 }
 
@@ -104,7 +108,8 @@ impl Basis {
         Ok(degree)
     }
 
-    /// The length of the native parameter domain, which starts at 0: `alpha` for alpha-beta-Bezier, else 1.
+    /// The length of the native parameter domain, which starts at 0: `alpha` for alpha-beta-Bezier,
+    /// else 1.
     pub fn length(&self) -> f64 {
         self.family().length()
     }
@@ -114,7 +119,8 @@ impl Basis {
         self.family().own_order()
     }
 
-    /// The shape matrix for an order that [`Basis::degree`] accepts. O(n^3) for Beta-Bezier, else O(d n).
+    /// The shape matrix for an order that [`Basis::degree`] accepts. O(n^3) for Beta-Bezier, else
+    /// O(d n).
     pub fn shape_matrix(&self, order: usize) -> ShapeMatrix {
         self.family().shape_matrix(order)
     }
@@ -182,7 +188,10 @@ impl WayBack {
     }
 
     /// The control points of these Bezier points.
-    pub fn control_points<const D: usize>(&self, bezier: &[super::point::Point<D>]) -> Vec<super::point::Point<D>> {
+    pub fn control_points<const D: usize>(
+        &self,
+        bezier: &[super::point::Point<D>],
+    ) -> Vec<super::point::Point<D>> {
         match &self.inverse {
             Some(inverse) => inverse.apply(bezier),
             None => bezier.to_vec(),

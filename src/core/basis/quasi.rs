@@ -15,11 +15,13 @@ pub enum ShapeParameters {
         /// `degree + 1` rows of `order + 1` entries.
         rows: Vec<Vec<f64>>,
     },
-    /// Rows 1 to `floor(degree / 2)`; the first row is the unit row, the rest follow by symmetry (Chen 2013 eq. (13), (29)).
+    /// Rows 1 to `floor(degree / 2)`; the first row is the unit row, the rest follow by symmetry
+    /// (Chen 2013 eq. (13), (29)).
     Symmetric {
         /// The degree of the curve.
         degree: usize,
-        /// Rows 1 to `floor(degree / 2)`; for an even degree the last of them is its own mirror image.
+        /// Rows 1 to `floor(degree / 2)`; for an even degree the last of them is its own mirror
+        /// image.
         upper_rows: Vec<Vec<f64>>,
     },
     /// A matrix of lower order, raised by Chen 2013 eq. (36) to the order of the control polygon.
@@ -27,7 +29,8 @@ pub enum ShapeParameters {
         /// Every row of the seed.
         seed: Vec<Vec<f64>>,
     },
-    /// Yang and Zeng 2009 (Chen 2013 eq. (37)): `degree = order + 1`, one number per edge of the polygon.
+    /// Yang and Zeng 2009 (Chen 2013 eq. (37)): `degree = order + 1`, one number per edge of the
+    /// polygon.
     Elevation {
         /// `lambda_1 .. lambda_n`; all zero is degree elevation, the Bezier curve.
         lambdas: Vec<f64>,
@@ -53,7 +56,9 @@ impl Quasi {
     pub fn new(context: &Context, shape: ShapeParameters) -> Result<Self, Error> {
         let given = match &shape {
             ShapeParameters::Matrix { rows } => checked(context, rows).at("rows")?,
-            ShapeParameters::Symmetric { degree, upper_rows } => mirrored(context, *degree, upper_rows)?,
+            ShapeParameters::Symmetric { degree, upper_rows } => {
+                mirrored(context, *degree, upper_rows)?
+            }
             ShapeParameters::Recursive { seed } => checked(context, seed).at("seed")?,
             ShapeParameters::Elevation { lambdas } => yang_zeng(context, lambdas).at("lambdas")?,
         };
@@ -107,7 +112,14 @@ impl Family for Quasi {
 fn check_row(row: &[f64]) -> Result<(), Error> {
     let check = |(j, &m): (usize, &f64)| {
         let allowed = "0 <= entry <= 1 (Chen 2013 Propositions 1 and 2: the curve stays in the convex hull of its points)";
-        let refuse = || Fault::OutOfRange { what: "an entry of the shape matrix", value: m, allowed: allowed.into() }.at(j);
+        let refuse = || {
+            Fault::OutOfRange {
+                what: "an entry of the shape matrix",
+                value: m,
+                allowed: allowed.into(),
+            }
+            .at(j)
+        };
         if (0.0..=1.0).contains(&m) { Ok(()) } else { Err(refuse()) }
     };
     every(row.iter().enumerate().map(check))?;
@@ -125,7 +137,13 @@ fn check_rows(rows: &[Vec<f64>]) -> Result<(), Error> {
     let check = |(i, row): (usize, &Vec<f64>)| {
         if row.len() != columns {
             let rule = "every row of a shape matrix has one entry per control point";
-            return Err(Fault::WrongCount { what: "entries in this row", count: row.len(), expected: columns, rule }.at(i));
+            return Err(Fault::WrongCount {
+                what: "entries in this row",
+                count: row.len(),
+                expected: columns,
+                rule,
+            }
+            .at(i));
         }
         check_row(row).at(i)
     };
@@ -134,27 +152,46 @@ fn check_rows(rows: &[Vec<f64>]) -> Result<(), Error> {
 
 /// A matrix given by all its rows.
 fn checked(context: &Context, rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
-    at_most("rows in the shape matrix", rows.len(), context.limits.degree + 1, "The degree of a segment is one less than its rows")?;
+    at_most(
+        "rows in the shape matrix",
+        rows.len(),
+        context.limits.degree + 1,
+        "The degree of a segment is one less than its rows",
+    )?;
     check_rows(rows)?;
     let columns = rows[0].len();
     if rows.len() < columns {
         let rule = "a shape matrix has at least as many rows (degree + 1) as columns (control points): Chen 2013 Note 3";
-        return Err(Fault::WrongCount { what: "rows", count: rows.len(), expected: columns, rule }.into());
+        return Err(
+            Fault::WrongCount { what: "rows", count: rows.len(), expected: columns, rule }.into()
+        );
     }
     Ok(ShapeMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]))
 }
 
 /// The matrix of eq. (29) from its free rows. The middle row of an even degree is its own mirror
 /// image; eq. (30) leaves that out.
-fn mirrored(context: &Context, degree: usize, upper_rows: &[Vec<f64>]) -> Result<ShapeMatrix, Error> {
+fn mirrored(
+    context: &Context,
+    degree: usize,
+    upper_rows: &[Vec<f64>],
+) -> Result<ShapeMatrix, Error> {
     if !(2..=context.limits.degree).contains(&degree) {
         let allowed = format!("2 <= degree <= {}", context.limits.degree);
-        return Err(Fault::OutOfRange { what: "degree", value: degree as f64, allowed }.at("degree"));
+        return Err(
+            Fault::OutOfRange { what: "degree", value: degree as f64, allowed }.at("degree")
+        );
     }
     let half = degree / 2;
     if upper_rows.len() != half {
         let rule = "rows 1 to floor(degree / 2) are free, the others follow by symmetry";
-        return Err(Fault::WrongCount { what: "upper rows", count: upper_rows.len(), expected: half, rule }.at("upper_rows"));
+        return Err(Fault::WrongCount {
+            what: "upper rows",
+            count: upper_rows.len(),
+            expected: half,
+            rule,
+        }
+        .at("upper_rows"));
     }
     check_rows(upper_rows).at("upper_rows")?;
     if degree.is_multiple_of(2) {
@@ -162,7 +199,8 @@ fn mirrored(context: &Context, degree: usize, upper_rows: &[Vec<f64>]) -> Result
     }
     let unit = (0..upper_rows[0].len()).map(|j| f64::from(j == 0)).collect();
     let upper: Vec<Vec<f64>> = std::iter::once(unit).chain(upper_rows.iter().cloned()).collect();
-    let lower = upper.iter().take(degree.div_ceil(2)).rev().map(|row| row.iter().rev().copied().collect());
+    let lower =
+        upper.iter().take(degree.div_ceil(2)).rev().map(|row| row.iter().rev().copied().collect());
     checked(context, &upper.iter().cloned().chain(lower).collect::<Vec<_>>())
 }
 
@@ -170,7 +208,10 @@ fn mirrored(context: &Context, degree: usize, upper_rows: &[Vec<f64>]) -> Result
 fn own_mirror_image(row: &[f64]) -> Result<(), Error> {
     let mirror = |j: usize| row[row.len() - 1 - j];
     let Some(j) = (0..row.len()).find(|&j| row[j] != mirror(j)) else { return Ok(()) };
-    let allowed = format!("{:?}, the entry across: for an even degree the middle row is its own mirror image", mirror(j));
+    let allowed = format!(
+        "{:?}, the entry across: for an even degree the middle row is its own mirror image",
+        mirror(j)
+    );
     Err(Fault::OutOfRange { what: "an entry of the middle row", value: row[j], allowed }.at(j))
 }
 
@@ -183,8 +224,15 @@ fn yang_zeng(context: &Context, lambdas: &[f64]) -> Result<ShapeMatrix, Error> {
     let height = (order + 1) as f64;
     let check = |(k, &lambda): (usize, &f64)| {
         let i = (k + 1) as f64;
-        let allowed = || format!("{} <= lambda_{} <= {i} (Yang and Zeng 2009; 0 is degree elevation)", i - height, k + 1);
-        let refuse = || Fault::OutOfRange { what: "lambda", value: lambda, allowed: allowed() }.at(k);
+        let allowed = || {
+            format!(
+                "{} <= lambda_{} <= {i} (Yang and Zeng 2009; 0 is degree elevation)",
+                i - height,
+                k + 1
+            )
+        };
+        let refuse =
+            || Fault::OutOfRange { what: "lambda", value: lambda, allowed: allowed() }.at(k);
         if (i - height..=i).contains(&lambda) { Ok(()) } else { Err(refuse()) }
     };
     every(lambdas.iter().enumerate().map(check))?;
@@ -209,36 +257,67 @@ mod tests {
     fn symmetric_shapes_follow_equation_29() {
         let quasi = Quasi::new(
             &Context::default(),
-            ShapeParameters::Symmetric { degree: 4, upper_rows: vec![vec![0.25, 0.75, 0.0], vec![0.25, 0.5, 0.25]] },
+            ShapeParameters::Symmetric {
+                degree: 4,
+                upper_rows: vec![vec![0.25, 0.75, 0.0], vec![0.25, 0.5, 0.25]],
+            },
         )
         .unwrap();
         let rows: Vec<_> = quasi.given.rows().map(<[f64]>::to_vec).collect();
-        let expected = [[1.0, 0.0, 0.0], [0.25, 0.75, 0.0], [0.25, 0.5, 0.25], [0.0, 0.75, 0.25], [0.0, 0.0, 1.0]];
+        let expected = [
+            [1.0, 0.0, 0.0],
+            [0.25, 0.75, 0.0],
+            [0.25, 0.5, 0.25],
+            [0.0, 0.75, 0.25],
+            [0.0, 0.0, 1.0],
+        ];
         assert_eq!(rows, expected);
         let properties = quasi.given.properties();
-        assert!(properties.symmetric && properties.tangent_to_end_edges && properties.interpolates_end_points);
+        assert!(
+            properties.symmetric
+                && properties.tangent_to_end_edges
+                && properties.interpolates_end_points
+        );
         assert!(!properties.degenerates_to_bernstein);
     }
 
     #[test]
     fn zero_lambdas_are_degree_elevation() {
-        let quasi = Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: vec![0.0; 4] }).unwrap();
+        let quasi =
+            Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: vec![0.0; 4] })
+                .unwrap();
         assert!(quasi.given.properties().degenerates_to_bernstein);
-        let bent =
-            Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: vec![0.5, -0.2, 0.2, -0.5] }).unwrap().given.properties();
-        assert!(bent.symmetric && !bent.degenerates_to_bernstein, "lambda_i = -lambda_(n+1-i) is symmetric");
+        let bent = Quasi::new(
+            &Context::default(),
+            ShapeParameters::Elevation { lambdas: vec![0.5, -0.2, 0.2, -0.5] },
+        )
+        .unwrap()
+        .given
+        .properties();
         assert!(
-            !Quasi::new(&Context::default(), ShapeParameters::Elevation { lambdas: vec![0.5, -0.2, 0.3, -0.5] })
-                .unwrap()
-                .given
-                .properties()
-                .symmetric
+            bent.symmetric && !bent.degenerates_to_bernstein,
+            "lambda_i = -lambda_(n+1-i) is symmetric"
+        );
+        assert!(
+            !Quasi::new(
+                &Context::default(),
+                ShapeParameters::Elevation { lambdas: vec![0.5, -0.2, 0.3, -0.5] }
+            )
+            .unwrap()
+            .given
+            .properties()
+            .symmetric
         );
     }
 
     #[test]
     fn raising_the_bernstein_seed_stays_bernstein() {
-        let seed = vec![vec![1.0, 0.0, 0.0], vec![1.0 / 3.0, 2.0 / 3.0, 0.0], vec![0.0, 2.0 / 3.0, 1.0 / 3.0], vec![0.0, 0.0, 1.0]];
+        let seed = vec![
+            vec![1.0, 0.0, 0.0],
+            vec![1.0 / 3.0, 2.0 / 3.0, 0.0],
+            vec![0.0, 2.0 / 3.0, 1.0 / 3.0],
+            vec![0.0, 0.0, 1.0],
+        ];
         let quasi = Quasi::new(&Context::default(), ShapeParameters::Recursive { seed }).unwrap();
         assert_eq!(quasi.degree(5), Ok(6));
         assert!(quasi.shape_matrix(5).properties().degenerates_to_bernstein);
@@ -247,16 +326,44 @@ mod tests {
 
     #[test]
     fn faults_point_at_the_entry() {
-        let rows = |m: [[f64; 2]; 3]| ShapeParameters::Matrix { rows: m.iter().map(|r| r.to_vec()).collect() };
-        let each = Quasi::new(&Context::default(), rows([[1.0, 0.0], [-0.1, 1.1], [0.0, 1.0]])).unwrap_err().each();
-        assert_eq!(each.iter().map(|error| error.place.to_string()).collect::<Vec<_>>(), ["/rows/1/0", "/rows/1/1"]);
+        let rows = |m: [[f64; 2]; 3]| ShapeParameters::Matrix {
+            rows: m.iter().map(|r| r.to_vec()).collect(),
+        };
+        let each = Quasi::new(&Context::default(), rows([[1.0, 0.0], [-0.1, 1.1], [0.0, 1.0]]))
+            .unwrap_err()
+            .each();
+        assert_eq!(
+            each.iter().map(|error| error.place.to_string()).collect::<Vec<_>>(),
+            ["/rows/1/0", "/rows/1/1"]
+        );
         assert_eq!(place_of(rows([[1.0, 0.0], [0.5, 0.4], [0.0, 1.0]])), "/rows/1");
         assert_eq!(place_of(rows([[0.5, 0.5], [0.5, 0.5], [0.5, 0.5]])), "");
-        assert_eq!(place_of(ShapeParameters::Matrix { rows: vec![vec![1.0, 0.0], vec![1.0]] }), "/rows/1");
+        assert_eq!(
+            place_of(ShapeParameters::Matrix { rows: vec![vec![1.0, 0.0], vec![1.0]] }),
+            "/rows/1"
+        );
         assert_eq!(place_of(ShapeParameters::Matrix { rows: vec![] }), "/rows");
-        assert_eq!(place_of(ShapeParameters::Symmetric { degree: 2, upper_rows: vec![vec![0.25, 0.5, 0.25], vec![1.0]] }), "/upper_rows");
-        assert_eq!(place_of(ShapeParameters::Symmetric { degree: 2, upper_rows: vec![vec![0.3, 0.5, 0.2]] }), "/upper_rows/0/0");
-        assert_eq!(place_of(ShapeParameters::Symmetric { degree: 4, upper_rows: vec![vec![0.3, 0.7], vec![0.6, 0.5]] }), "/upper_rows/1");
+        assert_eq!(
+            place_of(ShapeParameters::Symmetric {
+                degree: 2,
+                upper_rows: vec![vec![0.25, 0.5, 0.25], vec![1.0]]
+            }),
+            "/upper_rows"
+        );
+        assert_eq!(
+            place_of(ShapeParameters::Symmetric {
+                degree: 2,
+                upper_rows: vec![vec![0.3, 0.5, 0.2]]
+            }),
+            "/upper_rows/0/0"
+        );
+        assert_eq!(
+            place_of(ShapeParameters::Symmetric {
+                degree: 4,
+                upper_rows: vec![vec![0.3, 0.7], vec![0.6, 0.5]]
+            }),
+            "/upper_rows/1"
+        );
         assert_eq!(place_of(ShapeParameters::Elevation { lambdas: vec![0.0, 2.5] }), "/lambdas/1");
     }
 }

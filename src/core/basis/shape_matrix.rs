@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 use crate::core::linear::singular_values::decomposed;
 use crate::core::point::Point;
 
-/// `M` with `degree + 1` rows and `order + 1` columns: `b_j = sum_i M[i][j] B_i^degree`, so that the
-/// control points `P` of the family are the Bezier points `Q = M P` (Chen 2013 eq. (8)).
+/// `M` with `degree + 1` rows and `order + 1` columns: `b_j = sum_i M[i][j] B_i^degree`, so that
+/// the control points `P` of the family are the Bezier points `Q = M P` (Chen 2013 eq. (8)).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeMatrix {
     columns: usize,
@@ -25,11 +25,13 @@ pub struct Properties {
     pub symmetric: bool,
     /// Rank `n + 1` (Proposition 4).
     pub linearly_independent: bool,
-    /// The matrix is that of degree elevation, so the basis is Bernstein's (Proposition 5, eq. (18)).
+    /// The matrix is that of degree elevation, so the basis is Bernstein's (Proposition 5, eq.
+    /// (18)).
     pub degenerates_to_bernstein: bool,
     /// The curve starts at its first and ends at its last control point (Proposition 6).
     pub interpolates_end_points: bool,
-    /// The curve leaves along the first edge of its polygon and arrives along the last (Proposition 7).
+    /// The curve leaves along the first edge of its polygon and arrives along the last (Proposition
+    /// 7).
     pub tangent_to_end_edges: bool,
 }
 
@@ -52,7 +54,8 @@ impl ShapeMatrix {
     /// written in a degree at least as high.
     pub fn elevation(degree: usize, order: usize) -> Self {
         let unit = |j: usize| (0..=order).map(|i| Point([f64::from(i == j)])).collect::<Vec<_>>();
-        let columns: Vec<_> = (0..=order).map(|j| crate::core::bezier_form::elevate(&unit(j), degree)).collect();
+        let columns: Vec<_> =
+            (0..=order).map(|j| crate::core::bezier_form::elevate(&unit(j), degree)).collect();
         Self::from_fn(degree + 1, order + 1, |i, j| columns[j][i][0])
     }
 
@@ -78,7 +81,8 @@ impl ShapeMatrix {
 
     /// `Q = M P`, in O(d n).
     pub fn apply<const D: usize>(&self, points: &[Point<D>]) -> Vec<Point<D>> {
-        let combine = |row: &[f64]| row.iter().zip(points).fold(Point::ZERO, |sum, (&m, &p)| sum + p * m);
+        let combine =
+            |row: &[f64]| row.iter().zip(points).fold(Point::ZERO, |sum, (&m, &p)| sum + p * m);
         self.rows().map(combine).collect()
     }
 
@@ -87,7 +91,9 @@ impl ShapeMatrix {
     pub fn raised(&self) -> Self {
         let rows = self.degree() + 2;
         let height = (rows - 1) as f64;
-        let old = |i: usize, j: usize| if i < rows - 1 && j < self.columns { self.row(i)[j] } else { 0.0 };
+        let old = |i: usize, j: usize| {
+            if i < rows - 1 && j < self.columns { self.row(i)[j] } else { 0.0 }
+        };
         Self::from_fn(rows, self.columns + 1, |i, j| {
             let below = if i > 0 && j > 0 { old(i - 1, j - 1) } else { 0.0 };
             old(i, j) * ((rows - 1 - i) as f64 / height) + below * (i as f64 / height)
@@ -142,11 +148,16 @@ impl ShapeMatrix {
         Properties {
             nonnegative: self.entries.iter().all(|&m| m >= 0.0),
             partition_of_unity: self.rows().all(|row| close(row.iter().sum(), 1.0)),
-            symmetric: (0..=d).all(|i| (0..=n).all(|j| close(self.row(i)[j], self.row(d - i)[n - j]))),
+            symmetric: (0..=d)
+                .all(|i| (0..=n).all(|j| close(self.row(i)[j], self.row(d - i)[n - j]))),
             linearly_independent: self.rank() == n + 1,
-            degenerates_to_bernstein: elevation.is_some_and(|e| e.entries.iter().zip(&self.entries).all(|(&a, &b)| close(a, b))),
+            degenerates_to_bernstein: elevation
+                .is_some_and(|e| e.entries.iter().zip(&self.entries).all(|(&a, &b)| close(a, b))),
             interpolates_end_points: self.interpolates_end_points(),
-            tangent_to_end_edges: n > 0 && d > 0 && along_edge(1, 0, 1) && along_edge(d - 1, n, n - 1),
+            tangent_to_end_edges: n > 0
+                && d > 0
+                && along_edge(1, 0, 1)
+                && along_edge(d - 1, n, n - 1),
         }
     }
 }

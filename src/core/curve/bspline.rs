@@ -24,7 +24,13 @@ impl<const D: usize> BSpline<D> {
     /// # Errors
     /// At `degree`, `knots` or `control_points`; a closed curve whose ends are further apart than
     /// 1e-9 of its largest coordinate.
-    pub fn new(context: &Context, degree: usize, knots: Vec<f64>, points: Vec<Point<D>>, closed: bool) -> Result<Self, Error> {
+    pub fn new(
+        context: &Context,
+        degree: usize,
+        knots: Vec<f64>,
+        points: Vec<Point<D>>,
+        closed: bool,
+    ) -> Result<Self, Error> {
         within_degrees(context, "degree", degree).at("degree")?;
         valid_points(context, &points, degree + 1).at("control_points")?;
         let knots = KnotVector::new(degree, knots, points.len()).at("knots")?;
@@ -42,7 +48,9 @@ impl<const D: usize> BSpline<D> {
         if gap <= limits::CONTINUITY_TOLERANCE * magnitude(&self.points) {
             return Ok(());
         }
-        let why = format!("a closed curve ends where it starts, but these ends are {gap:e} apart; leave \"closed\" out");
+        let why = format!(
+            "a closed curve ends where it starts, but these ends are {gap:e} apart; leave \"closed\" out"
+        );
         Err(Fault::UnsuitableCurve(why).at("closed"))
     }
 
@@ -86,7 +94,8 @@ impl<const D: usize> BSpline<D> {
         let (a, b) = (knots[span], knots[span + 1]);
         // tau(1) .. tau(2d) are the knots the span depends on; tau(d) = a and tau(d + 1) = b.
         let tau = |i: usize| knots[span - d + i];
-        // The right edge of de Boor's triangle at a, from its tip on: the blossom values f(a^d), f(a^(d-1), b ..), .., f(b ..).
+        // The right edge of de Boor's triangle at a, from its tip on: the blossom values f(a^d),
+        // f(a^(d-1), b ..), .., f(b ..).
         for r in 1..=d {
             for i in 0..=d - r {
                 let alpha = (a - tau(i + r)) / (tau(i + d + 1) - tau(i + r));
@@ -110,7 +119,8 @@ impl<const D: usize> BSpline<D> {
         let knots = self.knots.as_slice();
         let mut breaks = vec![self.knots.domain().0];
         breaks.extend(self.knots.spans().map(|span| knots[span + 1]));
-        let mut composite = Composite::with_room(Breaks::new(context, breaks).at("knots")?, self.degree());
+        let mut composite =
+            Composite::with_room(Breaks::new(context, breaks).at("knots")?, self.degree());
         let mut pace = context.pace();
         for span in self.knots.spans() {
             pace.step()?;
@@ -128,12 +138,17 @@ impl<const D: usize> BSpline<D> {
         for order in 1..=k.min(degree) {
             let gain = |(i, pair): (usize, &[f64])| {
                 let length = knots[i + degree + 1] - knots[i + order];
-                if length > 0.0 { (pair[0] + pair[1]) * (degree + 1 - order) as f64 / length } else { 0.0 }
+                if length > 0.0 {
+                    (pair[0] + pair[1]) * (degree + 1 - order) as f64 / length
+                } else {
+                    0.0
+                }
             };
             gains = gains.windows(2).enumerate().map(gain).collect();
         }
         let least = k.min(degree);
-        let over = |span: usize| gains[span - degree..=span - least].iter().copied().fold(0.0, f64::max);
+        let over =
+            |span: usize| gains[span - degree..=span - least].iter().copied().fold(0.0, f64::max);
         self.knots.spans().map(|span| if k > degree { 0.0 } else { over(span) }).collect()
     }
 

@@ -133,7 +133,8 @@ impl<const D: usize> Composite<D> {
         Composite { spline: Some(Box::new(spline)), ..self }
     }
 
-    /// Curves one after the other, each over an interval as long as its own domain; the first starts at 0.
+    /// Curves one after the other, each over an interval as long as its own domain; the first
+    /// starts at 0.
     ///
     /// # Errors
     /// More segments than [`crate::core::limits::SEGMENTS`]; domains whose sum is not finite.
@@ -144,7 +145,11 @@ impl<const D: usize> Composite<D> {
             let own = curve.breaks.as_slice();
             knots.extend(own[1..].iter().map(|t| start + (t - own[0])));
         }
-        Self::from_segments(context, Breaks::new(context, knots)?, curves.iter().flat_map(Composite::locals))
+        Self::from_segments(
+            context,
+            Breaks::new(context, knots)?,
+            curves.iter().flat_map(Composite::locals),
+        )
     }
 
     /// The joints.
@@ -159,11 +164,16 @@ impl<const D: usize> Composite<D> {
 
     /// One segment, from its origin.
     pub fn local(&self, index: usize) -> Segment<'_, D> {
-        Segment { origin: self.origins[index], points: &self.points[index * (self.degree + 1)..(index + 1) * (self.degree + 1)] }
+        Segment {
+            origin: self.origins[index],
+            points: &self.points[index * (self.degree + 1)..(index + 1) * (self.degree + 1)],
+        }
     }
 
     /// Every segment, from its origin, in order.
-    pub fn locals(&self) -> impl DoubleEndedIterator<Item = Segment<'_, D>> + ExactSizeIterator + Clone {
+    pub fn locals(
+        &self,
+    ) -> impl DoubleEndedIterator<Item = Segment<'_, D>> + ExactSizeIterator + Clone {
         let points = self.points.chunks_exact(self.degree + 1);
         self.origins.iter().zip(points).map(|(&origin, points)| Segment { origin, points })
     }
@@ -174,13 +184,17 @@ impl<const D: usize> Composite<D> {
     }
 
     /// The Bezier points of every segment, in order.
-    pub fn segments(&self) -> impl DoubleEndedIterator<Item = Vec<Point<D>>> + ExactSizeIterator + Clone {
+    pub fn segments(
+        &self,
+    ) -> impl DoubleEndedIterator<Item = Vec<Point<D>>> + ExactSizeIterator + Clone {
         self.locals().map(|segment| segment.absolute().collect())
     }
 
     /// The largest absolute coordinate of a Bezier point: the unit of rounding errors.
     pub fn magnitude(&self) -> f64 {
-        self.locals().flat_map(|segment| segment.points.iter().map(move |&p| segment.origin + p)).fold(0.0, |m, p| larger(m, p.max_abs()))
+        self.locals()
+            .flat_map(|segment| segment.points.iter().map(move |&p| segment.origin + p))
+            .fold(0.0, |m, p| larger(m, p.max_abs()))
     }
 
     /// Whether its derivatives are those of a B-spline, not differences within a segment.
@@ -188,8 +202,9 @@ impl<const D: usize> Composite<D> {
         self.spline.is_some()
     }
 
-    /// How large the `k`-th derivative of each segment can be for control points of size 1; rounding errors of
-    /// derivatives are measured in it. `d! / (d - k)! (2 / length)^k`; less where a B-spline has a short span.
+    /// How large the `k`-th derivative of each segment can be for control points of size 1;
+    /// rounding errors of derivatives are measured in it. `d! / (d - k)! (2 / length)^k`; less
+    /// where a B-spline has a short span.
     pub(crate) fn gains(&self, k: usize) -> Vec<f64> {
         if let Some(spline) = &self.spline {
             return spline.gains(k);
@@ -228,13 +243,17 @@ impl<const D: usize> Composite<D> {
         let gap = |i: &usize| self.local(i - 1).last().distance(self.local(*i).first());
         let Some(i) = (1..self.breaks.segments()).find(|i| gap(i) > allowed) else { return Ok(()) };
         let t = self.breaks.as_slice()[i];
-        Err(Fault::UnsuitableCurve(format!("the curve jumps at the knot {t:?} (multiplicity degree + 1), but segments share their joints")))
+        Err(Fault::UnsuitableCurve(format!(
+            "the curve jumps at the knot {t:?} (multiplicity degree + 1), but segments share their joints"
+        )))
     }
 
-    /// Whether a curve declared closed ends where it starts to within rounding. A B-spline may miss that by more.
+    /// Whether a curve declared closed ends where it starts to within rounding. A B-spline may miss
+    /// that by more.
     pub(crate) fn closes(&self, declared: bool) -> bool {
         let last = self.local(self.breaks.segments() - 1);
-        declared && last.last().distance(self.local(0).first()) <= 64.0 * f64::EPSILON * self.magnitude()
+        declared
+            && last.last().distance(self.local(0).first()) <= 64.0 * f64::EPSILON * self.magnitude()
     }
 
     /// Ready to be evaluated many times.
@@ -250,7 +269,13 @@ impl<const D: usize> Composite<D> {
             pace.step()?;
             points.extend(scaled(segment.points, binomials, unit));
         }
-        Ok(Evaluator { breaks: &self.breaks, degree: self.degree, origins: &self.origins, scaled: points, unit })
+        Ok(Evaluator {
+            breaks: &self.breaks,
+            degree: self.degree,
+            origins: &self.origins,
+            scaled: points,
+            unit,
+        })
     }
 }
 
@@ -268,8 +293,8 @@ impl<const D: usize> Evaluator<'_, D> {
         horner(self.scaled(segment), u, v) * self.unit + self.origins[segment]
     }
 
-    /// The points at parameters of the domain in any order, each as [`Evaluator::at`] gives it. O(degree) for one in the same
-    /// segment as the one before or in the next.
+    /// The points at parameters of the domain in any order, each as [`Evaluator::at`] gives it.
+    /// O(degree) for one in the same segment as the one before or in the next.
     ///
     /// # Errors
     /// [`Fault::Cancelled`].
@@ -290,13 +315,23 @@ impl<const D: usize> Evaluator<'_, D> {
     }
 
     /// Appends the points at up to [`LANES`] parameters of one segment.
-    fn extend(&self, points: &mut Vec<Point<D>>, lanes: &mut Option<Lanes<D>>, segment: usize, parameters: &[f64]) {
+    fn extend(
+        &self,
+        points: &mut Vec<Point<D>>,
+        lanes: &mut Option<Lanes<D>>,
+        segment: usize,
+        parameters: &[f64],
+    ) {
         if parameters.len() < FEW {
             let local = parameters.iter().map(|&t| self.breaks.local(segment, t));
             return points.extend(local.map(|(u, v)| self.within(segment, u, v)));
         }
         let lanes = lanes.get_or_insert_with(Lanes::new);
-        let place = lanes::Place { origin: self.origins[segment], unit: self.unit, interval: self.breaks.interval(segment) };
+        let place = lanes::Place {
+            origin: self.origins[segment],
+            unit: self.unit,
+            interval: self.breaks.interval(segment),
+        };
         lanes::extend(points, lanes, self.scaled(segment), place, parameters);
     }
 
@@ -332,14 +367,22 @@ mod tests {
     }
 
     fn wave(degree: usize, knots: &[f64], size: f64) -> Composite<3> {
-        let points = (0..(degree + 1) * (knots.len() - 1)).map(|i| Point([0, 1, 2].map(|k| size * (number(3 * i + k) - 0.5)))).collect();
-        Composite::from_flat(Breaks::new(&Context::default(), knots.to_vec()).unwrap(), degree, points)
+        let points = (0..(degree + 1) * (knots.len() - 1))
+            .map(|i| Point([0, 1, 2].map(|k| size * (number(3 * i + k) - 0.5))))
+            .collect();
+        Composite::from_flat(
+            Breaks::new(&Context::default(), knots.to_vec()).unwrap(),
+            degree,
+            points,
+        )
     }
 
-    /// Parameters in order and out of order, with every joint and both ends; a number of them that fills no group of lanes.
+    /// Parameters in order and out of order, with every joint and both ends; a number of them that
+    /// fills no group of lanes.
     fn parameters(knots: &[f64]) -> Vec<f64> {
         let (a, b) = (knots[0], knots[knots.len() - 1]);
-        let sorted = (0..=300).map(|i| a + (b - a) * (i as f64 / 300.0)).chain(knots.iter().copied());
+        let sorted =
+            (0..=300).map(|i| a + (b - a) * (i as f64 / 300.0)).chain(knots.iter().copied());
         sorted.chain((0..301).map(|i| a + (b - a) * number(i))).map(|t| t.min(b)).collect()
     }
 
@@ -349,15 +392,23 @@ mod tests {
             for degree in (0..=9).chain([33, 64]) {
                 for size in [1.0, 1e-300, 1e308] {
                     let curve = wave(degree, &knots, size);
-                    let (evaluator, parameters) = (curve.evaluator(&Context::default()).unwrap(), parameters(&knots));
+                    let (evaluator, parameters) =
+                        (curve.evaluator(&Context::default()).unwrap(), parameters(&knots));
                     let together = evaluator.sample(&Context::default(), &parameters).unwrap();
                     assert_eq!(together.len(), parameters.len());
                     for (&t, p) in parameters.iter().zip(together) {
-                        assert_eq!(p.0.map(f64::to_bits), evaluator.at(t).0.map(f64::to_bits), "degree {degree} at {t}");
+                        assert_eq!(
+                            p.0.map(f64::to_bits),
+                            evaluator.at(t).0.map(f64::to_bits),
+                            "degree {degree} at {t}"
+                        );
                         let segment = curve.breaks().segment_at(t);
                         let (u, _) = curve.breaks().local(segment, t);
                         let expected = blossom(&curve.segment(segment), vec![u; degree]);
-                        assert!(p.distance(expected) <= 1e-15 * (degree + 1) as f64 * size, "degree {degree} at {t}");
+                        assert!(
+                            p.distance(expected) <= 1e-15 * (degree + 1) as f64 * size,
+                            "degree {degree} at {t}"
+                        );
                     }
                 }
             }
@@ -367,7 +418,11 @@ mod tests {
     #[test]
     fn ends_are_met_exactly() {
         let curve = wave(64, &[0.1, 0.3, 0.7], 1.0);
-        let ends = curve.evaluator(&Context::default()).unwrap().sample(&Context::default(), &[0.1, 0.3, 0.7]).unwrap();
+        let ends = curve
+            .evaluator(&Context::default())
+            .unwrap()
+            .sample(&Context::default(), &[0.1, 0.3, 0.7])
+            .unwrap();
         assert_eq!(ends, [curve.segment(0)[0], curve.segment(1)[0], curve.segment(1)[64]]);
     }
 }

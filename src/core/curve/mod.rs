@@ -62,9 +62,18 @@ impl<const D: usize> Curve<D> {
 }
 
 /// Checks the number of points and that every coordinate is finite.
-pub(crate) fn valid_points<const D: usize>(context: &Context, points: &[Point<D>], least: usize) -> Result<(), Error> {
+pub(crate) fn valid_points<const D: usize>(
+    context: &Context,
+    points: &[Point<D>],
+    least: usize,
+) -> Result<(), Error> {
     at_least("control points", points.len(), least)?;
-    at_most("control points", points.len(), context.limits.control_points, "Send the curve in parts")?;
+    at_most(
+        "control points",
+        points.len(),
+        context.limits.control_points,
+        "Send the curve in parts",
+    )?;
     finite_points(points)
 }
 

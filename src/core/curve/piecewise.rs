@@ -57,11 +57,16 @@ impl Bases {
         }
     }
 
-    /// Checks each basis, with faults placed at `basis` where all segments share it, else at its place in `bases`.
+    /// Checks each basis, with faults placed at `basis` where all segments share it, else at its
+    /// place in `bases`.
     ///
     /// # Errors
     /// The first fault that `check` finds.
-    pub(crate) fn check_each(&self, context: &Context, check: impl Fn(&Basis) -> Result<(), Fault>) -> Result<(), Error> {
+    pub(crate) fn check_each(
+        &self,
+        context: &Context,
+        check: impl Fn(&Basis) -> Result<(), Fault>,
+    ) -> Result<(), Error> {
         match self {
             Bases::Common(basis) => check(basis).at("basis"),
             Bases::PerSegment(bases) => bases.iter().enumerate().try_for_each(|(i, basis)| {
@@ -71,7 +76,8 @@ impl Bases {
         }
     }
 
-    /// What `make` gives for the basis of each segment in turn, computed once where neighbours share it.
+    /// What `make` gives for the basis of each segment in turn, computed once where neighbours
+    /// share it.
     pub(crate) fn map<T>(
         &self,
         context: &Context,
@@ -123,7 +129,14 @@ impl<const D: usize> Piecewise<D> {
     /// # Errors
     /// At `bases`, `order` or `control_points`: counts that do not match, a basis that does not suit the
     /// order or does not start and end at its control points, a closed curve whose end points differ.
-    pub fn new(context: &Context, bases: Bases, order: usize, breaks: Breaks, closed: bool, points: Vec<Point<D>>) -> Result<Self, Error> {
+    pub fn new(
+        context: &Context,
+        bases: Bases,
+        order: usize,
+        breaks: Breaks,
+        closed: bool,
+        points: Vec<Point<D>>,
+    ) -> Result<Self, Error> {
         let segments = breaks.segments();
         within_degrees(context, "order", order).at("order")?;
         bases.check_count(segments).at("bases")?;
@@ -132,7 +145,13 @@ impl<const D: usize> Piecewise<D> {
         let expected = segments * order + 1;
         if points.len() != expected {
             let rule = "segments * order + 1, as neighbouring segments share the control point at their joint";
-            return Err(Fault::WrongCount { what: "control points", count: points.len(), expected, rule }.at("control_points"));
+            return Err(Fault::WrongCount {
+                what: "control points",
+                count: points.len(),
+                expected,
+                rule,
+            }
+            .at("control_points"));
         }
         let last = points.len() - 1;
         if closed && points[0] != points[last] {
@@ -142,9 +161,9 @@ impl<const D: usize> Piecewise<D> {
         Ok(Piecewise { bases, order, breaks, closed, points })
     }
 
-    /// Segments in these bases that run over a composite curve whose segments meet; lower degrees are
-    /// elevated to `order`. Also the largest condition number met: the factor by which control points
-    /// may amplify relative errors. O(segments).
+    /// Segments in these bases that run over a composite curve whose segments meet; lower degrees
+    /// are elevated to `order`. Also the largest condition number met: the factor by which control
+    /// points may amplify relative errors. O(segments).
     ///
     /// # Errors
     /// At `bases`: a basis without a way back from Bezier points (see [`Basis::way_back`]).
@@ -157,8 +176,10 @@ impl<const D: usize> Piecewise<D> {
     ) -> Result<(Self, f64), Error> {
         bases.check_count(composite.breaks().segments()).at("bases")?;
         let count = composite.breaks().segments() * order + 1;
-        at_most("control points", count, context.limits.control_points, "Take the curve in parts").at("control_points")?;
-        let ways = bases.map(context, |i, basis| basis.way_back(context, order).at(i).at("bases"))?;
+        at_most("control points", count, context.limits.control_points, "Take the curve in parts")
+            .at("control_points")?;
+        let ways =
+            bases.map(context, |i, basis| basis.way_back(context, order).at(i).at("bases"))?;
         Self::by_ways(context, bases, &ways, order, composite, closed)
     }
 
@@ -181,7 +202,11 @@ impl<const D: usize> Piecewise<D> {
             if way.is_identity() && segment.points.len() > order {
                 points.extend(segment.points[1..order].iter().map(from_origin));
             } else {
-                points.extend(way.control_points(&elevate(segment.points, order))[1..order].iter().map(from_origin));
+                points.extend(
+                    way.control_points(&elevate(segment.points, order))[1..order]
+                        .iter()
+                        .map(from_origin),
+                );
             }
             // The bases interpolate end points: take the joint itself, not its rounded image.
             points.push(segment.last());
@@ -190,7 +215,10 @@ impl<const D: usize> Piecewise<D> {
             let last = points.len() - 1;
             points[last] = points[0];
         }
-        Ok((Piecewise::new(context, bases, order, composite.breaks().clone(), closed, points)?, condition))
+        Ok((
+            Piecewise::new(context, bases, order, composite.breaks().clone(), closed, points)?,
+            condition,
+        ))
     }
 
     /// The basis or bases.
@@ -233,8 +261,11 @@ impl<const D: usize> Piecewise<D> {
     /// # Errors
     /// [`Fault::Cancelled`].
     pub fn composite(&self, context: &Context) -> Result<Composite<D>, Error> {
-        let matrices = self.bases.map(context, |_, basis| Ok((!basis.is_identity()).then(|| basis.shape_matrix(self.order))))?;
-        let degree = |matrix: &Option<ShapeMatrix>| matrix.as_ref().map_or(self.order, ShapeMatrix::degree);
+        let matrices = self.bases.map(context, |_, basis| {
+            Ok((!basis.is_identity()).then(|| basis.shape_matrix(self.order)))
+        })?;
+        let degree =
+            |matrix: &Option<ShapeMatrix>| matrix.as_ref().map_or(self.order, ShapeMatrix::degree);
         let highest = matrices.iter().map(degree).max().unwrap_or(self.order);
         let mut composite = Composite::with_room(self.breaks.clone(), highest);
         let mut pace = context.pace();

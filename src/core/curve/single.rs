@@ -23,7 +23,13 @@ impl<const D: usize> Single<D> {
     /// At `control_points`: fewer than 2, more than the basis or the limit allows, not finite.
     pub fn new(context: &Context, basis: Basis, points: Vec<Point<D>>) -> Result<Self, Error> {
         valid_points(context, &points, 2).at("control_points")?;
-        at_most("control points", points.len(), context.limits.degree + 1, "Use several segments of lower degree").at("control_points")?;
+        at_most(
+            "control points",
+            points.len(),
+            context.limits.degree + 1,
+            "Use several segments of lower degree",
+        )
+        .at("control_points")?;
         basis.degree(context, points.len() - 1).at("control_points")?;
         Ok(Single { basis, points })
     }
@@ -52,7 +58,14 @@ impl<const D: usize> Single<D> {
     /// The same from an origin.
     fn local_bezier_points(&self) -> (Point<D>, Vec<Point<D>>) {
         let (origin, points) = localized(&self.points);
-        (origin, if self.basis.is_identity() { points } else { self.basis.shape_matrix(self.order()).apply(&points) })
+        (
+            origin,
+            if self.basis.is_identity() {
+                points
+            } else {
+                self.basis.shape_matrix(self.order()).apply(&points)
+            },
+        )
     }
 
     /// The curve as a composite of one segment.

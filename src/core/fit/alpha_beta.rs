@@ -16,7 +16,8 @@ const LEAST: f64 = 1e-9;
 /// The largest `s`: the Bezier curve.
 const MOST: f64 = 3.0;
 
-/// `s` for a control polygon of four points. The curve is linear in `s`, so its best value is a quotient.
+/// `s` for a control polygon of four points. The curve is linear in `s`, so its best value is a
+/// quotient.
 pub(super) struct AlphaBetaShape<const D: usize> {
     polygon: Vec<Point<D>>,
 }
@@ -29,7 +30,12 @@ impl<const D: usize> AlphaBetaShape<D> {
 }
 
 impl<const D: usize> Solver<D> for AlphaBetaShape<D> {
-    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+    fn solve(
+        &self,
+        context: &Context,
+        data: &Data<D>,
+        parameters: &[f64],
+    ) -> Result<Solved<D>, Error> {
         let p = &self.polygon;
         let origin = p[0];
         let reduced = Reduced::new(context, data, parameters, 3, origin)?;
@@ -50,7 +56,8 @@ impl<const D: usize> Solver<D> for AlphaBetaShape<D> {
     }
 
     fn freedom(&self, curve: &Single<D>, _: &Data<D>) -> Freedom<D> {
-        let inside = matches!(curve.basis(), Basis::AlphaBeta(b) if b.beta() > LEAST && b.beta() < MOST);
+        let inside =
+            matches!(curve.basis(), Basis::AlphaBeta(b) if b.beta() > LEAST && b.beta() < MOST);
         Freedom::of_motions(3, if inside { vec![moving(&self.polygon).to_vec()] } else { vec![] })
     }
 }

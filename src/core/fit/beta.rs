@@ -35,7 +35,12 @@ impl<const D: usize> BetaShape<D> {
 }
 
 impl<const D: usize> Solver<D> for BetaShape<D> {
-    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+    fn solve(
+        &self,
+        context: &Context,
+        data: &Data<D>,
+        parameters: &[f64],
+    ) -> Result<Solved<D>, Error> {
         let origin = self.polygon[0];
         let polygon: Vec<_> = self.polygon.iter().map(|&p| p - origin).collect();
         let reduced = Reduced::new(context, data, parameters, polygon.len() - 1, origin)?;
@@ -51,11 +56,14 @@ impl<const D: usize> Solver<D> for BetaShape<D> {
             Basis::Beta(beta) if beta.beta().is_finite() => beta.beta() / (1.0 + beta.beta()),
             _ => 1.0,
         };
-        let bezier = |tau| Some(Basis::Beta(basis(tau).ok()?).shape_matrix(order).apply(&self.polygon));
+        let bezier =
+            |tau| Some(Basis::Beta(basis(tau).ok()?).shape_matrix(order).apply(&self.polygon));
         let ends = (tau - SLOPE, tau + SLOPE);
         let inside = tau > 0.0 && tau < 1.0;
         let pair = (bezier(ends.0.max(0.0)), bezier(ends.1.min(1.0)));
-        let (true, (Some(below), Some(above))) = (inside, pair) else { return Freedom::of_motions(order, vec![]) };
+        let (true, (Some(below), Some(above))) = (inside, pair) else {
+            return Freedom::of_motions(order, vec![]);
+        };
         let motion = above.iter().zip(&below).map(|(&a, &b)| a - b).collect();
         Freedom::of_motions(order, vec![motion])
     }
@@ -82,20 +90,28 @@ impl<const D: usize> Trials<D> {
         Ok(self.reduced.error(&self.bezier(context, tau)?))
     }
 
-    /// The best `tau` found: deterministic, and the global minimum wherever the grid shows its valley.
+    /// The best `tau` found: deterministic, and the global minimum wherever the grid shows its
+    /// valley.
     fn best(&self, context: &Context) -> Result<f64, Error> {
         self.check_influence(context)?;
-        let errors = (0..=GRID).map(|k| self.error(context, node(k))).collect::<Result<Vec<_>, _>>()?;
-        let is_valley = |&k: &usize| (k == 0 || errors[k] <= errors[k - 1]) && (k == GRID || errors[k] < errors[k + 1]);
+        let errors =
+            (0..=GRID).map(|k| self.error(context, node(k))).collect::<Result<Vec<_>, _>>()?;
+        let is_valley = |&k: &usize| {
+            (k == 0 || errors[k] <= errors[k - 1]) && (k == GRID || errors[k] < errors[k + 1])
+        };
         let mut valleys: Vec<usize> = (0..=GRID).filter(is_valley).collect();
         valleys.sort_by(|&a, &b| errors[a].total_cmp(&errors[b]));
         let rounding = rounding(self.reduced.norm(), &self.polygon);
         let mut best = (0.0, errors[0]);
         for &k in valleys.iter().take(VALLEYS) {
-            let refined = self.polish(context, self.golden_section(context, node(k.saturating_sub(1)), node((k + 1).min(GRID)))?)?;
+            let refined = self.polish(
+                context,
+                self.golden_section(context, node(k.saturating_sub(1)), node((k + 1).min(GRID)))?,
+            )?;
             let error = self.error(context, refined)?;
             // Within rounding the node is as good, and may be a bound.
-            let better = if error + rounding < errors[k] { (refined, error) } else { (node(k), errors[k]) };
+            let better =
+                if error + rounding < errors[k] { (refined, error) } else { (node(k), errors[k]) };
             if better.1 < best.1 {
                 best = better;
             }
@@ -108,7 +124,8 @@ impl<const D: usize> Trials<D> {
         let rest = self.bezier(context, 0.0)?;
         let threshold = rounding(self.reduced.norm(), &self.polygon);
         for k in [1, GRID / 4, GRID / 2, GRID] {
-            let moved: Vec<_> = self.bezier(context, node(k))?.iter().zip(&rest).map(|(&q, &p)| q - p).collect();
+            let moved: Vec<_> =
+                self.bezier(context, node(k))?.iter().zip(&rest).map(|(&q, &p)| q - p).collect();
             if length(&self.reduced.apply(&moved)) > threshold {
                 return Ok(());
             }
@@ -119,7 +136,8 @@ impl<const D: usize> Trials<D> {
     /// Kiefer 1953: the bracket of a minimum shrinks by the golden ratio with each trial.
     fn golden_section(&self, context: &Context, mut low: f64, mut high: f64) -> Result<f64, Error> {
         let ratio = (5f64.sqrt() - 1.0) / 2.0;
-        let inside = |low: f64, high: f64| (high - ratio * (high - low), low + ratio * (high - low));
+        let inside =
+            |low: f64, high: f64| (high - ratio * (high - low), low + ratio * (high - low));
         let (mut a, mut b) = inside(low, high);
         let (mut at_a, mut at_b) = (self.error(context, a)?, self.error(context, b)?);
         for _ in 0..SECTIONS {
@@ -136,8 +154,8 @@ impl<const D: usize> Trials<D> {
         Ok(if at_a <= at_b { a } else { b })
     }
 
-    /// Gauss-Newton steps for `d|r|^2 / d tau = 0`, for as long as they shrink: comparing errors finds
-    /// a minimum only to half the digits.
+    /// Gauss-Newton steps for `d|r|^2 / d tau = 0`, for as long as they shrink: comparing errors
+    /// finds a minimum only to half the digits.
     fn polish(&self, context: &Context, start: f64) -> Result<f64, Error> {
         let (mut tau, mut last_step) = (start, SLOPE);
         for _ in 0..POLISHING {

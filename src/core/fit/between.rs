@@ -6,14 +6,16 @@ use crate::core::curve::Composite;
 use crate::core::error::Error;
 use crate::core::point::Point;
 
-/// The largest distance of a curve from the polyline of the points, section by section: the stretch of the curve
-/// between the parameters of two neighbouring points against the straight segment between these two, whatever is
-/// before the first parameter or after the last against the first or the last point. Neighbours are neighbours by
-/// parameter. So no point of the curve is further from the polyline.
+/// The largest distance of a curve from the polyline of the points, section by section: the stretch
+/// of the curve between the parameters of two neighbouring points against the straight segment
+/// between these two, whatever is before the first parameter or after the last against the first or
+/// the last point. Neighbours are neighbours by parameter. So no point of the curve is further from
+/// the polyline.
 ///
-/// Exact to 1e-9 of its value. Most stretches are settled by a bound: the distances of their ends, and what a
-/// second derivative bounded by `m` allows between ends `h` apart, `m h^2 / 8`; the others by bisection on the
-/// bounds that Bezier points give. O(points * degree), and O(degree^2) for a stretch that is bisected.
+/// Exact to 1e-9 of its value. Most stretches are settled by a bound: the distances of their ends,
+/// and what a second derivative bounded by `m` allows between ends `h` apart, `m h^2 / 8`; the
+/// others by bisection on the bounds that Bezier points give. O(points * degree), and O(degree^2)
+/// for a stretch that is bisected.
 pub(super) fn between<const D: usize>(
     context: &Context,
     curve: &Composite<D>,
@@ -46,7 +48,12 @@ struct Sections<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Sections<'a, D> {
-    fn new(context: &Context, curve: &'a Composite<D>, points: &[Point<D>], parameters: &[f64]) -> Result<Self, Error> {
+    fn new(
+        context: &Context,
+        curve: &'a Composite<D>,
+        points: &[Point<D>],
+        parameters: &[f64],
+    ) -> Result<Self, Error> {
         let (mut parameters, mut points) = by_parameter(parameters, points);
         let (a, b) = curve.breaks().domain();
         if parameters[0] > a {
@@ -60,7 +67,12 @@ impl<'a, const D: usize> Sections<'a, D> {
         }
         let on = curve.evaluator(context)?.sample(context, &parameters)?;
         let chords: Vec<_> = points.windows(2).map(|p| Chord { start: p[0], end: p[1] }).collect();
-        let ends = context.collect(chords.iter().zip(on.windows(2)).map(|(chord, on)| [chord.distance(on[0]), chord.distance(on[1])]))?;
+        let ends = context.collect(
+            chords
+                .iter()
+                .zip(on.windows(2))
+                .map(|(chord, on)| [chord.distance(on[0]), chord.distance(on[1])]),
+        )?;
         let second = (0..curve.breaks().segments()).map(|k| second(curve, k)).collect();
         Ok(Sections { curve, parameters, chords, ends, second })
     }
@@ -78,7 +90,12 @@ impl<'a, const D: usize> Sections<'a, D> {
             let (a, b) = breaks.interval(k);
             let (from, _) = breaks.local(k, self.parameters[i].max(a));
             let (to, _) = breaks.local(k, self.parameters[i + 1].min(b));
-            self.chords[i].farthest(part(&self.curve.segment(k), from, to), known, f64::INFINITY, pace)
+            self.chords[i].farthest(
+                part(&self.curve.segment(k), from, to),
+                known,
+                f64::INFINITY,
+                pace,
+            )
         })
     }
 
@@ -96,7 +113,10 @@ impl<'a, const D: usize> Sections<'a, D> {
 }
 
 /// Parameters in order, each with its point; those that are equal stay as they come.
-fn by_parameter<const D: usize>(parameters: &[f64], points: &[Point<D>]) -> (Vec<f64>, Vec<Point<D>>) {
+fn by_parameter<const D: usize>(
+    parameters: &[f64],
+    points: &[Point<D>],
+) -> (Vec<f64>, Vec<Point<D>>) {
     if parameters.is_sorted() {
         return (parameters.to_vec(), points.to_vec());
     }
@@ -109,7 +129,11 @@ fn by_parameter<const D: usize>(parameters: &[f64], points: &[Point<D>]) -> (Vec
 pub(super) fn second<const D: usize>(curve: &Composite<D>, k: usize) -> f64 {
     let (a, b) = curve.breaks().interval(k);
     let degree = curve.degree() as f64;
-    let most = curve.segment(k).windows(3).map(|q| ((q[2] - q[1]) - (q[1] - q[0])).norm()).fold(0.0, f64::max);
+    let most = curve
+        .segment(k)
+        .windows(3)
+        .map(|q| ((q[2] - q[1]) - (q[1] - q[0])).norm())
+        .fold(0.0, f64::max);
     degree * (degree - 1.0) * most / (b - a) / (b - a)
 }
 
@@ -119,11 +143,18 @@ mod tests {
     use crate::core::knots::Breaks;
 
     fn single(length: f64, bezier: Vec<Point<2>>) -> Composite<2> {
-        Composite::from_flat(Breaks::new(&Context::default(), vec![0.0, length]).unwrap(), bezier.len() - 1, bezier)
+        Composite::from_flat(
+            Breaks::new(&Context::default(), vec![0.0, length]).unwrap(),
+            bezier.len() - 1,
+            bezier,
+        )
     }
 
     fn curve() -> Composite<2> {
-        single(2.0, vec![Point([0.0, 0.0]), Point([1.0, 9.0]), Point([4.0, -7.0]), Point([5.0, 1.0])])
+        single(
+            2.0,
+            vec![Point([0.0, 0.0]), Point([1.0, 9.0]), Point([4.0, -7.0]), Point([5.0, 1.0])],
+        )
     }
 
     /// Against the definition, sampled densely.
@@ -146,13 +177,22 @@ mod tests {
         let curve = curve();
         let evaluator = curve.evaluator(&Context::default()).unwrap();
         for count in [2, 3, 5, 9, 40] {
-            let parameters: Vec<f64> = (0..count).map(|i| 2.0 * i as f64 / (count - 1) as f64).collect();
+            let parameters: Vec<f64> =
+                (0..count).map(|i| 2.0 * i as f64 / (count - 1) as f64).collect();
             for noise in [0.0, 0.01, 1.0] {
-                let off = |i: usize| Point([((i * 7) % 5) as f64 - 2.0, ((i * 11) % 7) as f64 - 3.0]) * noise;
-                let points: Vec<_> = parameters.iter().enumerate().map(|(i, &t)| evaluator.at(t) + off(i)).collect();
-                let (exact, dense) =
-                    (between(&Context::default(), &curve, &points, &parameters).unwrap(), sampled(&curve, &points, &parameters));
-                assert!(exact >= dense * (1.0 - 1e-9) && exact <= dense * (1.0 + 1e-6), "{count} {noise}: {exact} {dense}");
+                let off = |i: usize| {
+                    Point([((i * 7) % 5) as f64 - 2.0, ((i * 11) % 7) as f64 - 3.0]) * noise
+                };
+                let points: Vec<_> =
+                    parameters.iter().enumerate().map(|(i, &t)| evaluator.at(t) + off(i)).collect();
+                let (exact, dense) = (
+                    between(&Context::default(), &curve, &points, &parameters).unwrap(),
+                    sampled(&curve, &points, &parameters),
+                );
+                assert!(
+                    exact >= dense * (1.0 - 1e-9) && exact <= dense * (1.0 + 1e-6),
+                    "{count} {noise}: {exact} {dense}"
+                );
             }
         }
     }
@@ -161,7 +201,10 @@ mod tests {
     fn ends_without_points_count_and_the_order_of_the_list_does_not() {
         let line = single(1.0, vec![Point([0.0, 0.0]), Point([10.0, 0.0])]);
         let points = [Point([2.0, 0.0]), Point([6.0, 0.0])];
-        assert!((between(&Context::default(), &line, &points, &[0.2, 0.6]).unwrap() - 4.0).abs() < 1e-12);
+        assert!(
+            (between(&Context::default(), &line, &points, &[0.2, 0.6]).unwrap() - 4.0).abs()
+                < 1e-12
+        );
         let turned = [points[1], points[0]];
         assert_eq!(
             between(&Context::default(), &line, &turned, &[0.6, 0.2]).unwrap(),

@@ -31,7 +31,9 @@ impl Both {
     /// # Errors
     /// At `family`, `order` or `degree`.
     pub(super) fn new(context: &Context, family: Family, order: usize) -> Result<Self, Error> {
-        let Family::Quasi { degree } = family else { return Err(undetermined("bezier, beta-bezier and alpha-beta-bezier").at("family")) };
+        let Family::Quasi { degree } = family else {
+            return Err(undetermined("bezier, beta-bezier and alpha-beta-bezier").at("family"));
+        };
         within_degrees(context, "order", order).at("order")?;
         check_degree(context, degree, order).at("degree")?;
         if degree == order {
@@ -49,7 +51,8 @@ fn undetermined(families: &str) -> Fault {
     ))
 }
 
-/// What alternation works on: data reduced to the Bezier points of the degree, counted from `origin`.
+/// What alternation works on: data reduced to the Bezier points of the degree, counted from
+/// `origin`.
 struct Alternation<const D: usize> {
     reduced: Reduced<D>,
     fixed: Option<(Point<D>, Point<D>)>,
@@ -65,7 +68,12 @@ struct State<const D: usize> {
 }
 
 impl<const D: usize> Solver<D> for Both {
-    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+    fn solve(
+        &self,
+        context: &Context,
+        data: &Data<D>,
+        parameters: &[f64],
+    ) -> Result<Solved<D>, Error> {
         let origin = centre(&data.points);
         let fixed = data.fixed_ends().map(|(first, last)| (first - origin, last - origin));
         let reduced = Reduced::new(context, data, parameters, self.degree, origin)?;
@@ -75,7 +83,9 @@ impl<const D: usize> Solver<D> for Both {
             unsolved.explained(|deficient| {
                 let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
                 let count = distinct(parameters.iter().copied().filter(inner));
-                deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
+                deficiency(deficient, count, "control points", "give more points, or a lower order")
+                    .at("order")
+                    .at("solve")
             })
         })?;
         let rounding = f64::EPSILON * alternation.reduced.norm() * magnitude(&data.points);
@@ -84,8 +94,8 @@ impl<const D: usize> Solver<D> for Both {
         if let Some((start, end)) = data.fixed_ends() {
             (points[0], points[self.order]) = (start, end);
         }
-        let curve =
-            Single::new(context, quasi_basis(context, &best.matrix)?, points).map_err(|error| Error::from(error.fault).at("points"))?;
+        let curve = Single::new(context, quasi_basis(context, &best.matrix)?, points)
+            .map_err(|error| Error::from(error.fault).at("points"))?;
         Ok(Solved { curve, iterations, converged, at_bound: false })
     }
 
@@ -100,14 +110,20 @@ impl<const D: usize> Solver<D> for Both {
 
 impl<const D: usize> Alternation<D> {
     fn best_polygon(&self, context: &Context, matrix: ShapeMatrix) -> Result<State<D>, Unsolved> {
-        let polygon = solve_for_control_points(context, self.reduced.blocks(), &matrix, self.fixed)?;
+        let polygon =
+            solve_for_control_points(context, self.reduced.blocks(), &matrix, self.fixed)?;
         let error = self.reduced.error(&matrix.apply(&polygon));
         Ok(State { matrix, polygon, error })
     }
 
-    /// Rounds of both steps, while the error falls; a round that loses the rank of the matrix or the
-    /// polygon is dropped. Also how many rounds there were, and whether progress ended them.
-    fn descend(&self, context: &Context, first: State<D>, rounding: f64) -> Result<(State<D>, usize, bool), Error> {
+    /// Rounds of both steps, while the error falls; a round that loses the rank of the matrix or
+    /// the polygon is dropped. Also how many rounds there were, and whether progress ended them.
+    fn descend(
+        &self,
+        context: &Context,
+        first: State<D>,
+        rounding: f64,
+    ) -> Result<(State<D>, usize, bool), Error> {
         let mut best = first;
         for round in 1..=ROUNDS {
             if best.error <= rounding {
@@ -116,7 +132,9 @@ impl<const D: usize> Alternation<D> {
             let next = best_matrix(context, &self.reduced, &best.polygon, self.degree, self.ends)
                 .and_then(|matrix| self.best_polygon(context, matrix))
                 .ok()
-                .filter(|next| next.error < best.error && quasi_basis(context, &next.matrix).is_ok());
+                .filter(|next| {
+                    next.error < best.error && quasi_basis(context, &next.matrix).is_ok()
+                });
             // A round that was stopped is none that failed.
             context.checkpoint()?;
             let Some(next) = next else { return Ok((best, round, true)) };

@@ -37,21 +37,28 @@ impl<const D: usize> Chord<D> {
         self.start.distance(self.end)
     }
 
-    /// A bound on the distance of a Bezier curve: that of its control points, as the distance from a
-    /// convex set is a convex function.
+    /// A bound on the distance of a Bezier curve: that of its control points, as the distance from
+    /// a convex set is a convex function.
     pub(super) fn bound(&self, bezier: &[Point<D>]) -> f64 {
         bezier.iter().map(|&p| self.distance(p)).fold(0.0, f64::max)
     }
 
     /// The largest distance of a Bezier curve from the segment, or `known` if that is larger; exact
     /// to [`CLOSE`], by bisection on the bounds. Ends early once the distance is above `enough`.
-    pub(super) fn farthest(&self, bezier: Vec<Point<D>>, known: f64, enough: f64, pace: &mut Pace<'_>) -> Result<f64, Error> {
+    pub(super) fn farthest(
+        &self,
+        bezier: Vec<Point<D>>,
+        known: f64,
+        enough: f64,
+        pace: &mut Pace<'_>,
+    ) -> Result<f64, Error> {
         let mut largest = known;
         let mut pieces = vec![bezier];
         for _ in 0..PIECES {
             let Some(points) = pieces.pop() else { break };
             pace.step()?;
-            largest = largest.max(self.distance(points[0])).max(self.distance(points[points.len() - 1]));
+            largest =
+                largest.max(self.distance(points[0])).max(self.distance(points[points.len() - 1]));
             if largest > enough {
                 break;
             }
@@ -81,7 +88,10 @@ mod tests {
             let chord = Chord { start: Point([0.0, 0.0]), end: Point([2.0 * unit, 0.0]) };
             let distance = |x: f64, y: f64| chord.distance(Point([x * unit, y * unit])) / unit;
             assert!((distance(1.0, 0.5) - 0.5).abs() < 1e-15, "{unit:e}");
-            assert!((distance(5.0, 4.0) - 5.0).abs() < 1e-14 && (distance(-3.0, 4.0) - 5.0).abs() < 1e-14);
+            assert!(
+                (distance(5.0, 4.0) - 5.0).abs() < 1e-14
+                    && (distance(-3.0, 4.0) - 5.0).abs() < 1e-14
+            );
         }
         let point = Chord { start: Point([1.0, 1.0]), end: Point([1.0, 1.0]) };
         assert_eq!(point.distance(Point([4.0, 5.0])), 5.0);
@@ -91,7 +101,11 @@ mod tests {
     fn the_farthest_point_of_an_arch_is_its_top() {
         let arch = vec![Point([0.0, 0.0]), Point([0.0, 4.0]), Point([2.0, 4.0]), Point([2.0, 0.0])];
         let chord = Chord { start: arch[0], end: arch[3] };
-        let farthest = |known| chord.farthest(arch.clone(), known, f64::INFINITY, &mut Context::default().pace()).unwrap();
+        let farthest = |known| {
+            chord
+                .farthest(arch.clone(), known, f64::INFINITY, &mut Context::default().pace())
+                .unwrap()
+        };
         assert!((farthest(0.0) - 3.0).abs() < 1e-8);
         assert_eq!(farthest(5.0), 5.0);
     }

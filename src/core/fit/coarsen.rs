@@ -15,9 +15,13 @@ const WORK: usize = 4_000_000;
 /// What such a trial costs besides, in points.
 const OVERHEAD: usize = 64;
 
-/// Takes out every other joint at most, those first whose third derivative jumps least; puts back those next to which
-/// the spline does not hold, which are then left alone. O(points) per trial.
-pub(super) fn in_batches<const D: usize>(context: &Context, problem: &Problem<D>, spline: Spline<D>) -> Result<Spline<D>, Error> {
+/// Takes out every other joint at most, those first whose third derivative jumps least; puts back
+/// those next to which the spline does not hold, which are then left alone. O(points) per trial.
+pub(super) fn in_batches<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+    spline: Spline<D>,
+) -> Result<Spline<D>, Error> {
     let all = spline.breaks().to_vec();
     let mut best = spline;
     let mut joints: Vec<usize> = (0..all.len()).collect();
@@ -30,7 +34,8 @@ pub(super) fn in_batches<const D: usize>(context: &Context, problem: &Problem<D>
         }
         while trials < BATCHES && !out.is_empty() {
             trials += 1;
-            let kept: Vec<usize> = joints.iter().copied().filter(|joint| !out.contains(joint)).collect();
+            let kept: Vec<usize> =
+                joints.iter().copied().filter(|joint| !out.contains(joint)).collect();
             let breaks: Vec<f64> = kept.iter().map(|&joint| all[joint]).collect();
             let Some(trial) = problem.spline(context, &breaks)? else {
                 context.checkpoint()?;
@@ -49,9 +54,15 @@ pub(super) fn in_batches<const D: usize>(context: &Context, problem: &Problem<D>
     Ok(best)
 }
 
-/// Joints to take out together: no two neighbours, the least jumps first, no more than half of the candidates.
-fn removable<const D: usize>(spline: &Spline<D>, joints: &[usize], needed: &[bool]) -> BTreeSet<usize> {
-    let candidates: Vec<usize> = by_jump(spline).into_iter().filter(|&k| !needed[joints[k]]).collect();
+/// Joints to take out together: no two neighbours, the least jumps first, no more than half of the
+/// candidates.
+fn removable<const D: usize>(
+    spline: &Spline<D>,
+    joints: &[usize],
+    needed: &[bool],
+) -> BTreeSet<usize> {
+    let candidates: Vec<usize> =
+        by_jump(spline).into_iter().filter(|&k| !needed[joints[k]]).collect();
     let mut taken = vec![false; joints.len()];
     for &k in candidates.iter().take(candidates.len().div_ceil(2)) {
         taken[k] = !taken[k - 1] && !taken[k + 1];
@@ -68,11 +79,20 @@ fn keep_half(out: &mut BTreeSet<usize>, needed: &mut [bool]) {
     out.split_off(&middle);
 }
 
-/// Puts back the joints inside violated segments; where there is none, all that are near one, or else all.
-fn restore(context: &Context, out: &mut BTreeSet<usize>, needed: &mut [bool], joints: &[usize], violated: &[bool]) -> Result<(), Error> {
+/// Puts back the joints inside violated segments; where there is none, all that are near one, or
+/// else all.
+fn restore(
+    context: &Context,
+    out: &mut BTreeSet<usize>,
+    needed: &mut [bool],
+    joints: &[usize],
+    violated: &[bool],
+) -> Result<(), Error> {
     let mut reach = 0;
     loop {
-        let near = |k: usize| (k.saturating_sub(reach)..=(k + reach).min(violated.len() - 1)).any(|k| violated[k]);
+        let near = |k: usize| {
+            (k.saturating_sub(reach)..=(k + reach).min(violated.len() - 1)).any(|k| violated[k])
+        };
         let guilty = |joint: &usize| near(joints.partition_point(|kept| kept <= joint) - 1);
         let verdicts = context.collect(out.iter().map(|joint| (*joint, guilty(joint))))?;
         if verdicts.iter().any(|&(_, guilty)| guilty) {
@@ -106,9 +126,14 @@ fn by_jump<const D: usize>(spline: &Spline<D>) -> Vec<usize> {
     order.into_iter().map(|(k, _)| k).collect()
 }
 
-/// Takes out one joint after the other, in sweeps, until a sweep takes out none, or the work is done. Also whether
-/// every single joint that is left was tried in vain, each by a spline that the points determine.
-pub(super) fn one_by_one<const D: usize>(context: &Context, problem: &Problem<D>, spline: Spline<D>) -> Result<(Spline<D>, bool), Error> {
+/// Takes out one joint after the other, in sweeps, until a sweep takes out none, or the work is
+/// done. Also whether every single joint that is left was tried in vain, each by a spline that the
+/// points determine.
+pub(super) fn one_by_one<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+    spline: Spline<D>,
+) -> Result<(Spline<D>, bool), Error> {
     let mut best = spline;
     let mut local = Local::new(context, problem, &best)?;
     let mut work = WORK;
@@ -118,7 +143,9 @@ pub(super) fn one_by_one<const D: usize>(context: &Context, problem: &Problem<D>
         let mut minimal = true;
         for joint in joints {
             let k = best.breaks().partition_point(|&knot| knot < joint);
-            let Some(rest) = work.checked_sub(local.points_near(k) + OVERHEAD) else { return Ok((best, false)) };
+            let Some(rest) = work.checked_sub(local.points_near(k) + OVERHEAD) else {
+                return Ok((best, false));
+            };
             work = rest;
             if local.misses(context, k)? {
                 continue;

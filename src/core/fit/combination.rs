@@ -9,9 +9,13 @@ use crate::core::point::Point;
 /// Steps smaller than this, and multipliers above its negative, are rounding. Points are of size 1.
 const SMALL: f64 = 1e-13;
 
-/// Weights `m_j >= 0` with sum 1 of points of size about 1, such that `sum_j m_j P_j` is nearest to the target;
-/// among those, nearest to `preferred`. Unique, whatever the number of points.
-pub(super) fn nearest_combination<const D: usize>(points: &[Point<D>], target: Point<D>, preferred: &[f64]) -> Vec<f64> {
+/// Weights `m_j >= 0` with sum 1 of points of size about 1, such that `sum_j m_j P_j` is nearest to
+/// the target; among those, nearest to `preferred`. Unique, whatever the number of points.
+pub(super) fn nearest_combination<const D: usize>(
+    points: &[Point<D>],
+    target: Point<D>,
+    preferred: &[f64],
+) -> Vec<f64> {
     let columns = homogeneous(points);
     let goal = DVector::from_fn(D + 1, |a, _| if a < D { target[a] } else { 1.0 });
     let start = normalized(nonnegative_least_squares(&columns, &goal));
@@ -30,7 +34,9 @@ fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> Vec<f64> {
     for _ in 0..4 * a.ncols() {
         let gradient = a.tr_mul(&(b - a * &x));
         let candidates = (0..a.ncols()).filter(|&j| !positive[j]);
-        let Some(enter) = candidates.max_by(|&i, &j| gradient[i].total_cmp(&gradient[j])) else { break };
+        let Some(enter) = candidates.max_by(|&i, &j| gradient[i].total_cmp(&gradient[j])) else {
+            break;
+        };
         if gradient[enter] <= SMALL {
             break;
         }
@@ -42,12 +48,21 @@ fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> Vec<f64> {
 
 /// The inner loop of NNLS: moves to the least-squares solution of the positive columns, dropping
 /// those that would turn negative on the way.
-fn step_back_to_positive(a: &DMatrix<f64>, b: &DVector<f64>, x: &mut DVector<f64>, positive: &mut [bool]) {
+fn step_back_to_positive(
+    a: &DMatrix<f64>,
+    b: &DVector<f64>,
+    x: &mut DVector<f64>,
+    positive: &mut [bool],
+) {
     for _ in 0..=a.ncols() {
         let chosen = selected(positive, true);
         let solution = least_norm(&a.select_columns(&chosen), b);
         let blocking = chosen.iter().zip(solution.iter()).filter(|&(_, &s)| s <= 0.0);
-        let Some(step) = blocking.map(|(&j, &s)| x[j] / (x[j] - s)).filter(|r| r.is_finite()).min_by(f64::total_cmp) else {
+        let Some(step) = blocking
+            .map(|(&j, &s)| x[j] / (x[j] - s))
+            .filter(|r| r.is_finite())
+            .min_by(f64::total_cmp)
+        else {
             chosen.iter().zip(solution.iter()).for_each(|(&j, &s)| x[j] = s.max(0.0));
             return;
         };
@@ -73,8 +88,9 @@ fn least_norm(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     svd.solve(b, threshold).unwrap_or_else(|_| DVector::zeros(a.ncols()))
 }
 
-/// `min |m - preferred|` with `A m` as it is and `m >= 0`: a primal active-set method from a feasible
-/// start (Nocedal and Wright 2006, algorithm 16.3). Stops early only if it runs in a circle.
+/// `min |m - preferred|` with `A m` as it is and `m >= 0`: a primal active-set method from a
+/// feasible start (Nocedal and Wright 2006, algorithm 16.3). Stops early only if it runs in a
+/// circle.
 fn pulled_towards(a: &DMatrix<f64>, preferred: &[f64], start: Vec<f64>) -> Vec<f64> {
     let mut m = start;
     let mut free: Vec<bool> = m.iter().map(|&x| x > 0.0).collect();
@@ -87,7 +103,8 @@ fn pulled_towards(a: &DMatrix<f64>, preferred: &[f64], start: Vec<f64>) -> Vec<f
         if step.amax() <= SMALL {
             // The gradient of the Lagrangian must not pull a weight at 0 upwards.
             let pull = |j: usize| m[j] - preferred[j] + a.column(j).dot(&multipliers);
-            let held = selected(&free, false).into_iter().min_by(|&i, &j| pull(i).total_cmp(&pull(j)));
+            let held =
+                selected(&free, false).into_iter().min_by(|&i, &j| pull(i).total_cmp(&pull(j)));
             match held {
                 Some(j) if pull(j) < -SMALL => free[j] = true,
                 _ => break,
@@ -117,7 +134,13 @@ mod tests {
     use super::super::reduced::combine;
     use super::*;
 
-    const SQUARE: [Point<2>; 5] = [Point([0.0, 0.0]), Point([1.0, 0.0]), Point([1.0, 1.0]), Point([0.0, 1.0]), Point([0.5, 0.5])];
+    const SQUARE: [Point<2>; 5] = [
+        Point([0.0, 0.0]),
+        Point([1.0, 0.0]),
+        Point([1.0, 1.0]),
+        Point([0.0, 1.0]),
+        Point([0.5, 0.5]),
+    ];
 
     #[test]
     fn targets_inside_are_met_and_the_preferred_weights_win() {
@@ -143,12 +166,21 @@ mod tests {
             let target = Point([(k % 10) as f64 / 9.0, (k / 10) as f64 / 9.0]);
             let m = nearest_combination(&SQUARE, target, &preferred);
             assert!(combine(&m, &SQUARE).distance(target) < 1e-13, "target {target:?}");
-            let distance = |m: &[f64]| m.iter().zip(preferred).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+            let distance =
+                |m: &[f64]| m.iter().zip(preferred).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
             // The two ways to change weights without moving the target.
-            for way in [[1.0, -1.0, 1.0, -1.0, 0.0], [0.5, 0.0, 0.5, 0.0, -1.0], [0.5, -1.0, 0.5, -1.0, 1.0], [1.0, -2.0, 1.0, -2.0, 2.0]] {
+            for way in [
+                [1.0, -1.0, 1.0, -1.0, 0.0],
+                [0.5, 0.0, 0.5, 0.0, -1.0],
+                [0.5, -1.0, 0.5, -1.0, 1.0],
+                [1.0, -2.0, 1.0, -2.0, 2.0],
+            ] {
                 for h in [1e-4, -1e-4] {
                     let moved: Vec<f64> = m.iter().zip(way).map(|(m, w)| m + h * w).collect();
-                    assert!(moved.iter().any(|&x| x < 0.0) || distance(&moved) >= distance(&m) - 1e-12, "target {target:?} {m:?}");
+                    assert!(
+                        moved.iter().any(|&x| x < 0.0) || distance(&moved) >= distance(&m) - 1e-12,
+                        "target {target:?} {m:?}"
+                    );
                 }
             }
         }

@@ -23,7 +23,12 @@ impl ControlPoints {
     ///
     /// # Errors
     /// At `order` or `basis`.
-    pub(super) fn new(context: &Context, basis: Basis, order: usize, ends: Ends) -> Result<Self, Error> {
+    pub(super) fn new(
+        context: &Context,
+        basis: Basis,
+        order: usize,
+        ends: Ends,
+    ) -> Result<Self, Error> {
         basis.degree(context, order).at("order")?;
         let matrix = basis.shape_matrix(order);
         if ends == Ends::Interpolate && !matrix.interpolates_end_points() {
@@ -55,18 +60,32 @@ impl<const D: usize> Solver<D> for ControlPoints {
         self.basis.length()
     }
 
-    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+    fn solve(
+        &self,
+        context: &Context,
+        data: &Data<D>,
+        parameters: &[f64],
+    ) -> Result<Solved<D>, Error> {
         self.refuse_straight_limit()?;
         let length = self.basis.length();
         let blocks = blocks(data, parameters, length, self.matrix.degree(), Point::ZERO);
-        let points = solve_for_control_points(context, blocks, &self.matrix, data.fixed_ends()).map_err(|unsolved| {
-            unsolved.explained(|deficient| {
-                let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < length);
-                let count = distinct(parameters.iter().copied().filter(inner));
-                deficiency(deficient, count, "control points", "give more points, or a lower order").at("order").at("solve")
-            })
-        })?;
-        let curve = Single::new(context, self.basis.clone(), points).map_err(|error| Error::from(error.fault).at("points"))?;
+        let points = solve_for_control_points(context, blocks, &self.matrix, data.fixed_ends())
+            .map_err(|unsolved| {
+                unsolved.explained(|deficient| {
+                    let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < length);
+                    let count = distinct(parameters.iter().copied().filter(inner));
+                    deficiency(
+                        deficient,
+                        count,
+                        "control points",
+                        "give more points, or a lower order",
+                    )
+                    .at("order")
+                    .at("solve")
+                })
+            })?;
+        let curve = Single::new(context, self.basis.clone(), points)
+            .map_err(|error| Error::from(error.fault).at("points"))?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
     }
 
@@ -74,7 +93,8 @@ impl<const D: usize> Solver<D> for ControlPoints {
         let all_polynomials = self.matrix.degree() == self.order && self.basis.length() == 1.0;
         let (basis, order) = (Basis::Bezier(Bezier), self.order.checked_sub(1)?);
         let matrix = basis.shape_matrix(order);
-        (all_polynomials && order > 1).then(|| Box::new(ControlPoints { basis, order, matrix }) as Box<dyn Solver<D>>)
+        (all_polynomials && order > 1)
+            .then(|| Box::new(ControlPoints { basis, order, matrix }) as Box<dyn Solver<D>>)
     }
 
     fn freedom(&self, _: &Single<D>, data: &Data<D>) -> Freedom<D> {

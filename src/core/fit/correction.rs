@@ -1,7 +1,7 @@
 //! Parameter correction: the curve and the parameters of the points sought together.
 //!
-//! Total least squares (Borges and Pastva 2002, CAGD 19), with [`descents`](super::descent) from several
-//! starts, always the same, as there are many local minima.
+//! Total least squares (Borges and Pastva 2002, CAGD 19), with [`descents`](super::descent) from
+//! several starts, always the same, as there are many local minima.
 
 use super::data::Data;
 use super::descent::{Descent, Search, State};
@@ -17,7 +17,8 @@ const EXPLORED: (usize, usize) = (64, 8);
 /// The most rounds where only a few points were explored, as these rounds are long.
 const MANY: usize = 100;
 
-/// The most rounds of feet and solves in turn, and by what part one must lower the sum to be followed.
+/// The most rounds of feet and solves in turn, and by what part one must lower the sum to be
+/// followed.
 const TURNS: usize = 10;
 const PROGRESS: f64 = 2e-6;
 /// Hops that end the search, and by what part one must lower the sum to count.
@@ -52,12 +53,17 @@ pub(super) fn correct<const D: usize>(
 }
 
 /// Feet and solves in turn, while the sum of squares falls (Hoschek 1988).
-fn in_turn<const D: usize>(context: &Context, search: &Search<D>, first: State<D>) -> Result<Descent<D>, Error> {
+fn in_turn<const D: usize>(
+    context: &Context,
+    search: &Search<D>,
+    first: State<D>,
+) -> Result<Descent<D>, Error> {
     let mut best = first;
     let mut rounds = 1;
     while rounds < TURNS {
         rounds += 1;
-        let parameters = feet(context, &best.solved.curve.composite(context)?, search.data(), &best.parameters)?;
+        let parameters =
+            feet(context, &best.solved.curve.composite(context)?, search.data(), &best.parameters)?;
         match search.at(context, parameters)? {
             Some(next) if next.squares < best.squares * (1.0 - PROGRESS) => best = next,
             _ => break,
@@ -79,7 +85,9 @@ fn beyond<const D: usize>(
     let known = &first.parameters;
     let parameters: Vec<f64> = chosen.iter().map(|&i| known[i]).collect();
     let start = Search::new(&few, search.solver);
-    let Some(state) = start.at(context, parameters.clone())? else { return search.descend(context, first, None) };
+    let Some(state) = start.at(context, parameters.clone())? else {
+        return search.descend(context, first, None);
+    };
     let found = explored(context, &start, state, rule)?;
     let spread = Warp::between(&parameters, &found.state.parameters);
     let start = search.at(context, known.iter().map(|&t| spread.at(t)).collect())?;
@@ -92,7 +100,12 @@ fn beyond<const D: usize>(
 }
 
 /// Descents from every start, then from around the best.
-fn explored<const D: usize>(context: &Context, search: &Search<D>, first: State<D>, rule: &Parameters) -> Result<Descent<D>, Error> {
+fn explored<const D: usize>(
+    context: &Context,
+    search: &Search<D>,
+    first: State<D>,
+    rule: &Parameters,
+) -> Result<Descent<D>, Error> {
     let length = search.solver.length();
     let given = first.parameters.clone();
     let mut starts = vec![alternated(context, search, &first)?];
@@ -100,10 +113,13 @@ fn explored<const D: usize>(context: &Context, search: &Search<D>, first: State<
         starts.push(search.at(context, other.on_domain(search.data(), length)?)?);
     }
     for warp in warps() {
-        starts.push(search.at(context, given.iter().map(|&t| length * warp.at(t / length)).collect())?);
+        starts.push(
+            search.at(context, given.iter().map(|&t| length * warp.at(t / length)).collect())?,
+        );
     }
     let any_polynomial = search.solver.lower().is_some();
-    let joint = if any_polynomial { search.at(context, search.jointly(context, &first)?)? } else { None };
+    let joint =
+        if any_polynomial { search.at(context, search.jointly(context, &first)?)? } else { None };
     let mut best = search.descend(context, first, None)?;
     for start in starts.into_iter().chain([joint]) {
         best = search.improved(context, best, start)?;
@@ -115,7 +131,11 @@ fn explored<const D: usize>(context: &Context, search: &Search<D>, first: State<
 }
 
 /// From around the best, until some hops in turn lead back to it, or above.
-fn hopped<const D: usize>(context: &Context, search: &Search<D>, mut best: Descent<D>) -> Result<Descent<D>, Error> {
+fn hopped<const D: usize>(
+    context: &Context,
+    search: &Search<D>,
+    mut best: Descent<D>,
+) -> Result<Descent<D>, Error> {
     let (length, mut vain) = (search.solver.length(), 0);
     for warp in hops() {
         let before = best.state.squares;

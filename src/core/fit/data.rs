@@ -15,10 +15,17 @@ pub(super) struct Data<const D: usize> {
 
 impl<const D: usize> Data<D> {
     /// Checks counts, that numbers are finite, and that weights are positive.
-    pub(super) fn new(context: &Context, points: Vec<Point<D>>, weights: Option<Vec<f64>>, ends: Ends) -> Result<Self, Error> {
+    pub(super) fn new(
+        context: &Context,
+        points: Vec<Point<D>>,
+        weights: Option<Vec<f64>>,
+        ends: Ends,
+    ) -> Result<Self, Error> {
         let counted = at_least("points", points.len(), 2);
         counted
-            .and_then(|()| at_most("points", points.len(), context.limits.data_points, "Thin the data out"))
+            .and_then(|()| {
+                at_most("points", points.len(), context.limits.data_points, "Thin the data out")
+            })
             .map_err(|f| f.at("points"))?;
         finite_points(&points).at("points")?;
         if let Some(weights) = &weights {
@@ -27,12 +34,14 @@ impl<const D: usize> Data<D> {
         Ok(Data { points, weights, ends })
     }
 
-    /// So many of the points at even distances in the list, the first and the last among them, and their places.
+    /// So many of the points at even distances in the list, the first and the last among them, and
+    /// their places.
     pub(super) fn thinned(&self, count: usize) -> (Self, Vec<usize>) {
         let last = self.points.len() - 1;
         let chosen: Vec<usize> = (0..count).map(|k| k * last / (count - 1)).collect();
         let points = chosen.iter().map(|&i| self.points[i]).collect();
-        let weights = self.weights.as_ref().map(|weights| chosen.iter().map(|&i| weights[i]).collect());
+        let weights =
+            self.weights.as_ref().map(|weights| chosen.iter().map(|&i| weights[i]).collect());
         (Data { points, weights, ends: self.ends }, chosen)
     }
 
@@ -52,12 +61,23 @@ impl<const D: usize> Data<D> {
 
 fn check_weights(weights: &[f64], points: usize) -> Result<(), Error> {
     if weights.len() != points {
-        return Err(Fault::WrongCount { what: "weights", count: weights.len(), expected: points, rule: "one weight per point" }.into());
+        return Err(Fault::WrongCount {
+            what: "weights",
+            count: weights.len(),
+            expected: points,
+            rule: "one weight per point",
+        }
+        .into());
     }
     let check = |(i, &weight): (usize, &f64)| {
-        let allowed = || "a finite weight > 0 (leave a point out instead of giving it weight 0)".into();
+        let allowed =
+            || "a finite weight > 0 (leave a point out instead of giving it weight 0)".into();
         let valid = weight > 0.0 && weight.is_finite();
-        if valid { Ok(()) } else { Err(Fault::OutOfRange { what: "this weight", value: weight, allowed: allowed() }.at(i)) }
+        if valid {
+            Ok(())
+        } else {
+            Err(Fault::OutOfRange { what: "this weight", value: weight, allowed: allowed() }.at(i))
+        }
     };
     every(weights.iter().enumerate().map(check)).map(drop)
 }

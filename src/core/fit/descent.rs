@@ -1,9 +1,9 @@
 //! Descents to a stationary point of the sum of squares over curve and parameters.
 //!
 //! Steps of Newton, or of Gauss and Newton, with the parameters eliminated (see
-//! [`newton`](super::newton)), damped after Levenberg and Marquardt by the exact gain (More 1978). Each
-//! is tried with the curve solved anew for the parameters it leads to: variable projection (Golub and
-//! Pereyra 1973).
+//! [`newton`](super::newton)), damped after Levenberg and Marquardt by the exact gain (More 1978).
+//! Each is tried with the curve solved anew for the parameters it leads to: variable projection
+//! (Golub and Pereyra 1973).
 
 use super::data::Data;
 use super::freedom::Freedom;
@@ -46,8 +46,8 @@ pub(super) struct State<const D: usize> {
 pub(super) struct Descent<const D: usize> {
     pub(super) state: State<D>,
     pub(super) rounds: usize,
-    /// The largest cosine between the offsets and what a free parameter does to them, and below what
-    /// it is zero.
+    /// The largest cosine between the offsets and what a free parameter does to them, and below
+    /// what it is zero.
     pub(super) gradient: f64,
     pub(super) tolerance: f64,
 }
@@ -69,13 +69,22 @@ impl<'a, const D: usize> Search<'a, D> {
         self.scene.data
     }
 
-    pub(super) fn state(&self, context: &Context, solved: Solved<D>, parameters: Vec<f64>) -> Result<State<D>, Error> {
+    pub(super) fn state(
+        &self,
+        context: &Context,
+        solved: Solved<D>,
+        parameters: Vec<f64>,
+    ) -> Result<State<D>, Error> {
         let squares = self.scene.squares(context, &solved.curve, &parameters)?;
         Ok(State { solved, parameters, squares })
     }
 
     /// The state for parameters; none where they determine no curve, or one that runs away.
-    pub(super) fn at(&self, context: &Context, parameters: Vec<f64>) -> Result<Option<State<D>>, Error> {
+    pub(super) fn at(
+        &self,
+        context: &Context,
+        parameters: Vec<f64>,
+    ) -> Result<Option<State<D>>, Error> {
         let solved = self.solver.solve(context, self.scene.data, &parameters);
         context.checkpoint()?;
         let Ok(solved) = solved else { return Ok(None) };
@@ -89,7 +98,12 @@ impl<'a, const D: usize> Search<'a, D> {
 
     /// Steps until the gradient is below its tolerance, or no step leads further, or, with a sum to
     /// get below, until that is out of sight.
-    pub(super) fn descend(&self, context: &Context, start: State<D>, goal: Option<f64>) -> Result<Descent<D>, Error> {
+    pub(super) fn descend(
+        &self,
+        context: &Context,
+        start: State<D>,
+        goal: Option<f64>,
+    ) -> Result<Descent<D>, Error> {
         let mut state = start;
         let (mut damping, mut before) = (DAMPING, state.squares);
         let mut round = 0;
@@ -105,18 +119,29 @@ impl<'a, const D: usize> Search<'a, D> {
                 before = state.squares;
             }
             round += 1;
-            let space = Space::new(context, self.solver.freedom(&state.solved.curve, self.scene.data), &at)?;
-            let matrices: &[_] = if round <= GAUSS { &[Matrix::Gauss] } else { &[Matrix::Newton, Matrix::Gauss] };
+            let space = Space::new(
+                context,
+                self.solver.freedom(&state.solved.curve, self.scene.data),
+                &at,
+            )?;
+            let matrices: &[_] =
+                if round <= GAUSS { &[Matrix::Gauss] } else { &[Matrix::Newton, Matrix::Gauss] };
             let step = first_step(context, &at, &space, matrices, damping)?;
             // Near a minimum rounding hides whether a step leads down.
             let hidden = SAME * state.squares;
-            let Some(Step { parameters, decrease, .. }) = step.filter(|step| step.decrease > -hidden) else {
+            let Some(Step { parameters, decrease, .. }) =
+                step.filter(|step| step.decrease > -hidden)
+            else {
                 damping = (damping * 8.0).max(DAMPINGS[1]);
                 continue;
             };
             match self.at(context, parameters)? {
                 Some(trial) if self.is_better(context, &trial, &state, gradient)? => {
-                    let gain = if decrease > hidden { 0.5 * (state.squares - trial.squares) / decrease } else { 1.0 };
+                    let gain = if decrease > hidden {
+                        0.5 * (state.squares - trial.squares) / decrease
+                    } else {
+                        1.0
+                    };
                     damping = damped(damping, gain);
                     state = trial;
                 }
@@ -126,27 +151,35 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 
     /// The better of what was found and what another start leads to.
-    pub(super) fn improved(&self, context: &Context, best: Descent<D>, start: Option<State<D>>) -> Result<Descent<D>, Error> {
+    pub(super) fn improved(
+        &self,
+        context: &Context,
+        best: Descent<D>,
+        start: Option<State<D>>,
+    ) -> Result<Descent<D>, Error> {
         let Some(start) = start else { return Ok(best) };
         let other = self.descend(context, start, Some(best.state.squares))?;
         let rounds = best.rounds + other.rounds;
-        let better = if other.state.squares < best.state.squares * (1.0 - SAME) { other } else { best };
+        let better =
+            if other.state.squares < best.state.squares * (1.0 - SAME) { other } else { best };
         Ok(Descent { rounds, ..better })
     }
 
-    /// Parameters that steps of Gauss and Newton lead to if the curve takes them too, and is not solved
-    /// anew: another way down. For curves that may be any polynomial of their degree.
+    /// Parameters that steps of Gauss and Newton lead to if the curve takes them too, and is not
+    /// solved anew: another way down. For curves that may be any polynomial of their degree.
     pub(super) fn jointly(&self, context: &Context, start: &State<D>) -> Result<Vec<f64>, Error> {
         let mut damping = DAMPING;
         let (mut parameters, mut squares) = (start.parameters.clone(), start.squares);
-        let mut curve = Single::new(context, Basis::Bezier(Bezier), start.solved.curve.bezier_points())?;
+        let mut curve =
+            Single::new(context, Basis::Bezier(Bezier), start.solved.curve.bezier_points())?;
         let matrix = Basis::Bezier(Bezier).shape_matrix(curve.order());
         for _ in 0..JOINT {
             let derivatives = self.scene.derivatives(&curve);
             let at = At { scene: &self.scene, derivatives, parameters: &parameters };
             let space = Space::plain(Freedom::of_control_points(&matrix, self.scene.data.ends));
             let sums = at.sums(context, &space, Matrix::Gauss, damping)?;
-            let Some(step) = at.step(context, &space, &sums, Matrix::Gauss, damping, damping)? else {
+            let Some(step) = at.step(context, &space, &sums, Matrix::Gauss, damping, damping)?
+            else {
                 damping *= 4.0;
                 continue;
             };
@@ -170,7 +203,13 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 
     /// A smaller sum; or one that is the same up to rounding, with a smaller gradient.
-    fn is_better(&self, context: &Context, trial: &State<D>, state: &State<D>, gradient: f64) -> Result<bool, Error> {
+    fn is_better(
+        &self,
+        context: &Context,
+        trial: &State<D>,
+        state: &State<D>,
+        gradient: f64,
+    ) -> Result<bool, Error> {
         if trial.squares < state.squares * (1.0 - SAME) {
             return Ok(true);
         }
@@ -181,13 +220,22 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 
     /// See [`Descent::gradient`].
-    pub(super) fn gradient_of(&self, context: &Context, state: &State<D>) -> Result<(f64, f64), Error> {
+    pub(super) fn gradient_of(
+        &self,
+        context: &Context,
+        state: &State<D>,
+    ) -> Result<(f64, f64), Error> {
         self.gradient(context, &self.place(state), state)
     }
 
     /// The largest cosine between the offsets and what a parameter does to them (More, Garbow and
     /// Hillstrom 1980, User Guide for MINPACK-1, `gtol`), and below what it is zero.
-    fn gradient(&self, context: &Context, at: &At<D>, state: &State<D>) -> Result<(f64, f64), Error> {
+    fn gradient(
+        &self,
+        context: &Context,
+        at: &At<D>,
+        state: &State<D>,
+    ) -> Result<(f64, f64), Error> {
         let length = state.squares.sqrt();
         let rounding = |points: &[Point<D>]| ROUNDINGS * self.scene.rounding(points);
         let of_data = rounding(&self.scene.data.points);

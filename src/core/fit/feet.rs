@@ -23,11 +23,21 @@ struct Feet<'a, const D: usize> {
 }
 
 /// A parameter for each point at which the curve is no further from it than before.
-pub(super) fn feet<const D: usize>(context: &Context, curve: &Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Vec<f64>, Error> {
+pub(super) fn feet<const D: usize>(
+    context: &Context,
+    curve: &Composite<D>,
+    data: &Data<D>,
+    parameters: &[f64],
+) -> Result<Vec<f64>, Error> {
     let first = curve.derivative(context)?;
     let second = first.derivative(context)?;
     let (_, length) = curve.breaks().domain();
-    let feet = Feet { length, curve: curve.evaluator(context)?, first: first.evaluator(context)?, second: second.evaluator(context)? };
+    let feet = Feet {
+        length,
+        curve: curve.evaluator(context)?,
+        first: first.evaluator(context)?,
+        second: second.evaluator(context)?,
+    };
     let last = parameters.len() - 1;
     let held = |i: usize| data.ends == Ends::Interpolate && (i == 0 || i == last);
     let moved = |(i, &t): (usize, &f64)| if held(i) { t } else { feet.near(data.points[i], t) };
@@ -71,17 +81,28 @@ mod tests {
 
     #[test]
     fn a_foot_is_where_the_offset_is_normal_and_never_further() {
-        let polygon = vec![Point([0.0, 0.0]), Point([9.0, 8.0]), Point([-8.0, 8.0]), Point([5.0, -1.0])];
-        let curve = Single::new(&Context::default(), Basis::Bezier(Bezier), polygon).unwrap().composite(&Context::default()).unwrap();
-        // Every start with every point, the far sides of the bends included, where a bare Newton step goes astray.
-        let pairs = || (0..40).flat_map(|i| (0..40).map(move |j| (i as f64 / 39.0, j as f64 / 39.0)));
-        let points = pairs().map(|(x, _)| Point([11.0 * x - 3.0, 9.0 * (7.0 * x).fract() - 1.0])).collect();
+        let polygon =
+            vec![Point([0.0, 0.0]), Point([9.0, 8.0]), Point([-8.0, 8.0]), Point([5.0, -1.0])];
+        let curve = Single::new(&Context::default(), Basis::Bezier(Bezier), polygon)
+            .unwrap()
+            .composite(&Context::default())
+            .unwrap();
+        // Every start with every point, the far sides of the bends included, where a bare Newton
+        // step goes astray.
+        let pairs =
+            || (0..40).flat_map(|i| (0..40).map(move |j| (i as f64 / 39.0, j as f64 / 39.0)));
+        let points =
+            pairs().map(|(x, _)| Point([11.0 * x - 3.0, 9.0 * (7.0 * x).fract() - 1.0])).collect();
         let data = Data::new(&Context::default(), points, None, Ends::Free).unwrap();
         let start: Vec<f64> = pairs().map(|(_, t)| t).collect();
         let once = feet(&Context::default(), &curve, &data, &start).unwrap();
-        let found = (0..3).fold(once.clone(), |t, _| feet(&Context::default(), &curve, &data, &t).unwrap());
+        let found =
+            (0..3).fold(once.clone(), |t, _| feet(&Context::default(), &curve, &data, &t).unwrap());
         let derivative = curve.derivative(&Context::default()).unwrap();
-        let (at, tangent) = (curve.evaluator(&Context::default()).unwrap(), derivative.evaluator(&Context::default()).unwrap());
+        let (at, tangent) = (
+            curve.evaluator(&Context::default()).unwrap(),
+            derivative.evaluator(&Context::default()).unwrap(),
+        );
         for (i, (&t, &p)) in found.iter().zip(&data.points).enumerate() {
             assert!(at.at(once[i]).distance(p) <= at.at(start[i]).distance(p), "point {i}");
             // Distances stop telling parameters apart at half the digits.

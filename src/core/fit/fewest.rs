@@ -14,16 +14,21 @@ const VAIN: usize = 3;
 /// Points in all trials of equal spacing with each number of segments in turn.
 const SCAN: usize = 8_000;
 
-/// A spline with as few segments as were found, and whether every single joint of it was tried in vain. It starts from one
-/// that holds; if that has more than one segment, one was not enough.
+/// A spline with as few segments as were found, and whether every single joint of it was tried in
+/// vain. It starts from one that holds; if that has more than one segment, one was not enough.
 ///
-/// Joints are taken out; others are spread evenly, by length and by places, and moved to where the error asks for them;
-/// then single joints of the best are taken out.
-pub(super) fn fewest<const D: usize>(context: &Context, problem: &Problem<D>, start: Spline<D>) -> Result<(Spline<D>, bool), Error> {
+/// Joints are taken out; others are spread evenly, by length and by places, and moved to where the
+/// error asks for them; then single joints of the best are taken out.
+pub(super) fn fewest<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+    start: Spline<D>,
+) -> Result<(Spline<D>, bool), Error> {
     if start.segments() == 1 {
         return Ok((start, true));
     }
-    let (mut best, mut minimal) = coarsen::one_by_one(context, problem, coarsen::in_batches(context, problem, start)?)?;
+    let (mut best, mut minimal) =
+        coarsen::one_by_one(context, problem, coarsen::in_batches(context, problem, start)?)?;
     let equal = Spacing::equal(&problem.ordered);
     let mut other = None;
     for spacing in [&equal, &Spacing::places(&problem.ordered)] {
@@ -45,7 +50,8 @@ fn is_better<const D: usize>(spline: &Spline<D>, other: &Spline<D>) -> bool {
     segments < than || (segments == than && spline.error() < other.error())
 }
 
-/// A better spline with joints spread by a rule: their number is doubled until the spline holds, then bisected.
+/// A better spline with joints spread by a rule: their number is doubled until the spline holds,
+/// then bisected.
 fn spread<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
@@ -76,8 +82,13 @@ fn spread<const D: usize>(
     Ok(is_better(&found, best).then_some(found))
 }
 
-/// A spline with fewer segments, whose joints were moved until every segment has as much of the error.
-fn moved<const D: usize>(context: &Context, problem: &Problem<D>, start: &Spline<D>) -> Result<Option<Spline<D>>, Error> {
+/// A spline with fewer segments, whose joints were moved until every segment has as much of the
+/// error.
+fn moved<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+    start: &Spline<D>,
+) -> Result<Option<Spline<D>>, Error> {
     let (mut spacing, mut vain) = (Spacing::by_jumps(&start.composite), 0);
     let (mut best, mut least) = (None, start.segments());
     let mut wanted = least - 1;
@@ -104,9 +115,14 @@ fn moved<const D: usize>(context: &Context, problem: &Problem<D>, start: &Spline
     Ok(best)
 }
 
-/// With joints at equal distances and fewer segments than these, where bisection may have missed it, as far as the bounded
-/// work goes.
-fn scan<const D: usize>(context: &Context, problem: &Problem<D>, equal: &Spacing, below: usize) -> Result<Option<Spline<D>>, Error> {
+/// With joints at equal distances and fewer segments than these, where bisection may have missed
+/// it, as far as the bounded work goes.
+fn scan<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+    equal: &Spacing,
+    below: usize,
+) -> Result<Option<Spline<D>>, Error> {
     let trials = SCAN / problem.ordered.parameters.len();
     for segments in below.saturating_sub(trials).max(2)..below {
         if let Some(spline) = problem.held(context, &equal.breaks(segments))? {

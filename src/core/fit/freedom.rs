@@ -11,8 +11,8 @@ use crate::core::point::Point;
 pub(super) struct Freedom<const D: usize> {
     /// Bernstein coefficients of functions of the parameter, one in each column.
     pub(super) functions: DMatrix<f64>,
-    /// How the functions, times vectors, add up to the motions; none means that every function moves
-    /// along every axis by itself.
+    /// How the functions, times vectors, add up to the motions; none means that every function
+    /// moves along every axis by itself.
     pub(super) motions: Option<Vec<Vec<Point<D>>>>,
 }
 

@@ -1,7 +1,9 @@
-//! Curves close to points: control points, shape parameters, both, or as few segments as a tolerance allows.
+//! Curves close to points: control points, shape parameters, both, or as few segments as a
+//! tolerance allows.
 //!
-//! Every linear problem goes through [`least_squares`](crate::core::linear::least_squares), so no condition number
-//! is squared. The error that is returned is measured afresh on the curve that is returned.
+//! Every linear problem goes through [`least_squares`](crate::core::linear::least_squares), so no
+//! condition number is squared. The error that is returned is measured afresh on the curve that is
+//! returned.
 
 mod alpha_beta;
 mod beta;
@@ -49,8 +51,8 @@ use freedom::Freedom;
 
 /// The most rounds of parameter correction from one start.
 pub const CORRECTION_ROUNDS: usize = 400;
-/// A fit whose gradient is below this is stationary: some times the root of a rounding, beyond which
-/// sums of squares do not tell fits apart.
+/// A fit whose gradient is below this is stationary: some times the root of a rounding, beyond
+/// which sums of squares do not tell fits apart.
 pub const STATIONARY: f64 = 1e-7;
 
 /// How to fit.
@@ -62,7 +64,8 @@ pub struct Options<const D: usize> {
     pub parameters: Parameters,
     /// What happens at the first and the last point.
     pub ends: Ends,
-    /// Whether to move the parameters to the feet of the points on the curve, and solve again (Hoschek 1988).
+    /// Whether to move the parameters to the feet of the points on the curve, and solve again
+    /// (Hoschek 1988).
     pub parameter_correction: bool,
     /// What is sought.
     pub solve: Solve<D>,
@@ -133,13 +136,15 @@ pub struct Fit<const D: usize> {
     pub curve: Curve<D>,
     /// Unweighted distances between each point and the curve at its parameter, measured on `curve`.
     pub error: FitError,
-    /// The largest distance of `curve` from the polyline of the points, section by section: the curve between the parameters
-    /// of two neighbouring points (by parameter) against the straight segment between them; what is before the first parameter or
-    /// after the last against that point. Exact to 1e-9 of its value.
+    /// The largest distance of `curve` from the polyline of the points, section by section: the
+    /// curve between the parameters of two neighbouring points (by parameter) against the straight
+    /// segment between them; what is before the first parameter or after the last against that
+    /// point. Exact to 1e-9 of its value.
     pub between: f64,
     /// The native parameter of each point.
     pub parameters: Vec<f64>,
-    /// Rounds of parameter correction, of alternation, or of refinement; 1 where one solve was enough.
+    /// Rounds of parameter correction, of alternation, or of refinement; 1 where one solve was
+    /// enough.
     pub iterations: usize,
     /// Whether progress ended the rounds, and not their limit.
     pub converged: bool,
@@ -152,8 +157,9 @@ pub struct Fit<const D: usize> {
     pub gradient: Option<f64>,
     /// Below this the gradient is zero: [`STATIONARY`], or what rounding hides.
     pub gradient_tolerance: Option<f64>,
-    /// For [`Solve::Tolerance`]: whether leaving out every single joint was tried in vain; false where the bounded work ran
-    /// out first, or where the points do not determine a spline without one of them.
+    /// For [`Solve::Tolerance`]: whether leaving out every single joint was tried in vain; false
+    /// where the bounded work ran out first, or where the points do not determine a spline without
+    /// one of them.
     pub locally_minimal: Option<bool>,
 }
 
@@ -173,9 +179,15 @@ trait Solver<const D: usize> {
     }
 
     /// The best segment for these parameters.
-    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error>;
+    fn solve(
+        &self,
+        context: &Context,
+        data: &Data<D>,
+        parameters: &[f64],
+    ) -> Result<Solved<D>, Error>;
 
-    /// Whether the segment found is the best for its parameters, so that these can be sought with it.
+    /// Whether the segment found is the best for its parameters, so that these can be sought with
+    /// it.
     fn is_exact(&self) -> bool {
         true
     }
@@ -200,24 +212,27 @@ trait Solver<const D: usize> {
 /// - [`Solve::Both`]: those two steps in turn, none of which raises the error: a local minimum.
 ///   Families with `degree = order` are refused: each spans all polynomials of its degree whatever
 ///   its shape parameters, so the data cannot tell them.
-/// - [`Solve::Tolerance`]: segments are split at data parameters until the least-squares spline holds, then joints are
-///   taken out while it still does; joints spread evenly, by length and by points, and moved to where the error asks for
-///   them are tried as well, and the fewest segments taken. To hold is to be within the tolerance of every point and to stay
-///   near the points in between: no stretch further from its chord than twice the tolerance and twice what interpolation
-///   needs there or beside it, than half the longest chord there, or than half the diagonal of the points' box. Where even
-///   interpolation strays, short derivatives and two more joints keep a stretch near. `locally_minimal` says
-///   whether taking out every single remaining joint was tried in vain; work on that is bounded.
+/// - [`Solve::Tolerance`]: segments are split at data parameters until the least-squares spline
+///   holds, then joints are taken out while it still does; joints spread evenly, by length and by
+///   points, and moved to where the error asks for them are tried as well, and the fewest segments
+///   taken. To hold is to be within the tolerance of every point and to stay near the points in
+///   between: no stretch further from its chord than twice the tolerance and twice what
+///   interpolation needs there or beside it, than half the longest chord there, or than half the
+///   diagonal of the points' box. Where even interpolation strays, short derivatives and two more
+///   joints keep a stretch near. `locally_minimal` says whether taking out every single remaining
+///   joint was tried in vain; work on that is bounded.
 ///
-/// With `parameter_correction` the parameters are sought too, inside the domain, for the least weighted
-/// sum of squared distances: steps of Newton's method for curve and parameters together, from several
-/// starts, the one given among them, up to [`CORRECTION_ROUNDS`] rounds from each. A local minimum, never
-/// worse than the fit without. `gradient` is the largest cosine between the offsets, as one long vector
-/// with the roots of the weights, and the change of that vector with one parameter; the fit has converged
-/// where that is at most `gradient_tolerance`: [`STATIONARY`], or what rounding hides. Not every problem
-/// has a minimum: with few unknowns left to the data a curve may come ever closer to them as its control
-/// points run away, and does not converge. O(points * (dimension * order)^2) a round; the starts of more
-/// than some hundred points are compared on some of them. [`Solve::Both`] alternates with the feet of the
-/// points instead, for 10 rounds at most.
+/// With `parameter_correction` the parameters are sought too, inside the domain, for the least
+/// weighted sum of squared distances: steps of Newton's method for curve and parameters together,
+/// from several starts, the one given among them, up to [`CORRECTION_ROUNDS`] rounds from each. A
+/// local minimum, never worse than the fit without. `gradient` is the largest cosine between the
+/// offsets, as one long vector with the roots of the weights, and the change of that vector with
+/// one parameter; the fit has converged where that is at most `gradient_tolerance`: [`STATIONARY`],
+/// or what rounding hides. Not every problem has a minimum: with few unknowns left to the data a
+/// curve may come ever closer to them as its control points run away, and does not converge.
+/// O(points * (dimension * order)^2) a round; the starts of more than some hundred points are
+/// compared on some of them. [`Solve::Both`] alternates with the feet of the points instead, for 10
+/// rounds at most.
 ///
 /// # Errors
 /// At `points`, `weights`, `parameterization/values`, `ends`, `parameter_correction` or `solve`:
@@ -237,27 +252,49 @@ trait Solver<const D: usize> {
 /// assert!(fit.error.max < 0.01);
 /// # Ok::<_, springline::core::error::Error>(())
 /// ```
-pub fn fit<const D: usize>(context: &Context, points: Vec<Point<D>>, mut options: Options<D>) -> Result<Fit<D>, Error> {
+pub fn fit<const D: usize>(
+    context: &Context,
+    points: Vec<Point<D>>,
+    mut options: Options<D>,
+) -> Result<Fit<D>, Error> {
     let data = Data::new(context, points, options.weights.take(), options.ends)?;
     let fit = solved(context, &data, options)?;
-    let between = between::between(context, &fit.curve.composite(context)?, &data.points, &fit.parameters)?;
+    let between =
+        between::between(context, &fit.curve.composite(context)?, &data.points, &fit.parameters)?;
     if between.is_finite() { Ok(Fit { between, ..fit }) } else { Err(Fault::Overflow.at("points")) }
 }
 
 /// The same before `between` is measured, once, where all else is known.
-fn solved<const D: usize>(context: &Context, data: &Data<D>, options: Options<D>) -> Result<Fit<D>, Error> {
+fn solved<const D: usize>(
+    context: &Context,
+    data: &Data<D>,
+    options: Options<D>,
+) -> Result<Fit<D>, Error> {
     let single = |solver: &dyn Solver<D>| {
         let parameters = options.parameters.on_domain(data, solver.length())?;
         let first = solver.solve(context, data, &parameters)?;
         if options.parameter_correction {
-            return correction::correct(context, first, parameters, solver, data, &options.parameters);
+            return correction::correct(
+                context,
+                first,
+                parameters,
+                solver,
+                data,
+                &options.parameters,
+            );
         }
         Fit::of(context, first, data, parameters)
     };
     match options.solve {
-        Solve::ControlPoints { basis, order } => single(&control_points::ControlPoints::new(context, basis, order, data.ends).at("solve")?),
-        Solve::Shape { family, control_points } => single(shape::solver(context, family, control_points, data)?.as_ref()),
-        Solve::Both { family, order } => single(&both::Both::new(context, family, order).at("solve")?),
+        Solve::ControlPoints { basis, order } => single(
+            &control_points::ControlPoints::new(context, basis, order, data.ends).at("solve")?,
+        ),
+        Solve::Shape { family, control_points } => {
+            single(shape::solver(context, family, control_points, data)?.as_ref())
+        }
+        Solve::Both { family, order } => {
+            single(&both::Both::new(context, family, order).at("solve")?)
+        }
         Solve::Tolerance { basis, tolerance } => {
             if options.parameter_correction {
                 let why = "parameter correction would move the parameters at which a tolerance fit places its joints; leave it out here";
@@ -271,7 +308,12 @@ fn solved<const D: usize>(context: &Context, data: &Data<D>, options: Options<D>
 
 impl<const D: usize> Fit<D> {
     /// What a solve found, measured.
-    fn of(context: &Context, solved: Solved<D>, data: &Data<D>, parameters: Vec<f64>) -> Result<Self, Error> {
+    fn of(
+        context: &Context,
+        solved: Solved<D>,
+        data: &Data<D>,
+        parameters: Vec<f64>,
+    ) -> Result<Self, Error> {
         let Solved { curve, iterations, converged, at_bound } = solved;
         let curve = Curve::Single(curve);
         let error = measure::measure(context, &curve, &data.points, &parameters)?;

@@ -18,9 +18,10 @@ const REACH: f64 = 0.5;
 
 /// How far each stretch of a curve, from one place to the next, may be from its chord.
 ///
-/// What is allowed is the tolerance twice, and twice what interpolation needs there or in a stretch beside it, be it natural
-/// or not-a-knot; but never more than half the longest chord of these stretches (at an end, all of it), nor half the diagonal of the data's
-/// box. As chords are inside the box, no curve that is near leaves it by more than that half.
+/// What is allowed is the tolerance twice, and twice what interpolation needs there or in a stretch
+/// beside it, be it natural or not-a-knot; but never more than half the longest chord of these
+/// stretches (at an end, all of it), nor half the diagonal of the data's box. As chords are inside
+/// the box, no curve that is near leaves it by more than that half.
 pub(super) struct Near<const D: usize> {
     /// For any curve.
     allowed: Vec<f64>,
@@ -33,9 +34,14 @@ pub(super) struct Near<const D: usize> {
 
 impl<const D: usize> Near<D> {
     /// O(points).
-    pub(super) fn new(context: &Context, ordered: &Ordered<D>, tolerance: f64) -> Result<Self, Error> {
+    pub(super) fn new(
+        context: &Context,
+        ordered: &Ordered<D>,
+        tolerance: f64,
+    ) -> Result<Self, Error> {
         let slopes = derivatives(&ordered.centres, &ordered.places, End::Natural);
-        let lengths = context.collect((0..ordered.stretches()).map(|i| ordered.chord(i).length()))?;
+        let lengths =
+            context.collect((0..ordered.stretches()).map(|i| ordered.chord(i).length()))?;
         let reach = REACH * diagonal(&ordered.data.points);
         let last = lengths.len() - 1;
         let bulge = |i: usize| if i == 0 || i == last { END_BULGE } else { BULGE };
@@ -43,25 +49,48 @@ impl<const D: usize> Near<D> {
         let limits: Vec<_> = nearby(&lengths).enumerate().map(limit).collect();
         let mut bulges = bulges(context, ordered, &slopes)?;
         if ordered.places.len() > 3 {
-            let other = self::bulges(context, ordered, &derivatives(&ordered.centres, &ordered.places, End::NotAKnot))?;
+            let other = self::bulges(
+                context,
+                ordered,
+                &derivatives(&ordered.centres, &ordered.places, End::NotAKnot),
+            )?;
             bulges.iter_mut().zip(other).for_each(|(a, b)| *a = a.max(b));
         }
-        let allowed = nearby(&bulges).zip(&limits).map(|(bulge, &limit)| limit.min(2.0 * (tolerance + bulge))).collect();
+        let allowed = nearby(&bulges)
+            .zip(&limits)
+            .map(|(bulge, &limit)| limit.min(2.0 * (tolerance + bulge)))
+            .collect();
         Ok(Near { allowed, limits, slopes, tolerance })
     }
 
-    /// The stretches of a curve, no further from the points than the tolerance, that are too far from their chords.
-    pub(super) fn strays(&self, context: &Context, ordered: &Ordered<D>, curve: &Composite<D>) -> Result<Vec<usize>, Error> {
+    /// The stretches of a curve, no further from the points than the tolerance, that are too far
+    /// from their chords.
+    pub(super) fn strays(
+        &self,
+        context: &Context,
+        ordered: &Ordered<D>,
+        curve: &Composite<D>,
+    ) -> Result<Vec<usize>, Error> {
         self.beyond(context, &self.allowed, ordered, curve, false)
     }
 
     /// The same for a curve through the points.
-    pub(super) fn strays_through(&self, context: &Context, ordered: &Ordered<D>, curve: &Composite<D>) -> Result<Vec<usize>, Error> {
+    pub(super) fn strays_through(
+        &self,
+        context: &Context,
+        ordered: &Ordered<D>,
+        curve: &Composite<D>,
+    ) -> Result<Vec<usize>, Error> {
         self.beyond(context, &self.limits, ordered, curve, false)
     }
 
     /// Whether there is none.
-    pub(super) fn holds(&self, context: &Context, ordered: &Ordered<D>, curve: &Composite<D>) -> Result<bool, Error> {
+    pub(super) fn holds(
+        &self,
+        context: &Context,
+        ordered: &Ordered<D>,
+        curve: &Composite<D>,
+    ) -> Result<bool, Error> {
         Ok(self.beyond(context, &self.allowed, ordered, curve, true)?.is_empty())
     }
 
@@ -88,10 +117,20 @@ impl<const D: usize> Near<D> {
                 bend = second(curve, k);
                 most = most.max(bend);
             }
-            // Between ends within the tolerance, a second derivative up to `most` allows no more than this.
+            // Between ends within the tolerance, a second derivative up to `most` allows no more
+            // than this.
             let bound = self.tolerance + (ends[1] - ends[0]) * (ends[1] - ends[0]) * most / 8.0;
             let settled = bound <= allowed[i];
-            if !settled && is_beyond(ordered.chord(i), curve, start..=k, [ends[0], ends[1]], allowed[i], &mut pace)? {
+            if !settled
+                && is_beyond(
+                    ordered.chord(i),
+                    curve,
+                    start..=k,
+                    [ends[0], ends[1]],
+                    allowed[i],
+                    &mut pace,
+                )?
+            {
                 found.push(i);
                 if first {
                     break;
@@ -102,7 +141,8 @@ impl<const D: usize> Near<D> {
     }
 }
 
-/// Whether the stretch between two parameters, in these segments, is further from a chord than allowed.
+/// Whether the stretch between two parameters, in these segments, is further from a chord than
+/// allowed.
 fn is_beyond<const D: usize>(
     chord: Chord<D>,
     curve: &Composite<D>,
@@ -114,14 +154,19 @@ fn is_beyond<const D: usize>(
     let breaks = curve.breaks();
     let farthest = segments.try_fold(allowed, |known, k| {
         let (a, b) = breaks.interval(k);
-        let bezier = part(&curve.segment(k), breaks.local(k, from.max(a)).0, breaks.local(k, to.min(b)).0);
+        let bezier =
+            part(&curve.segment(k), breaks.local(k, from.max(a)).0, breaks.local(k, to.min(b)).0);
         chord.farthest(bezier, known, allowed, pace)
     })?;
     Ok(farthest > allowed)
 }
 
 /// How far the cubics with these derivatives may be from their chords, by their control points.
-fn bulges<const D: usize>(context: &Context, ordered: &Ordered<D>, slopes: &[Point<D>]) -> Result<Vec<f64>, Error> {
+fn bulges<const D: usize>(
+    context: &Context,
+    ordered: &Ordered<D>,
+    slopes: &[Point<D>],
+) -> Result<Vec<f64>, Error> {
     context.collect((0..ordered.stretches()).map(|i| {
         let third = (ordered.places[i + 1] - ordered.places[i]) / 3.0;
         let chord = ordered.chord(i);
@@ -131,11 +176,15 @@ fn bulges<const D: usize>(context: &Context, ordered: &Ordered<D>, slopes: &[Poi
 
 /// The largest of each number and its neighbours.
 fn nearby(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
-    (0..values.len()).map(|i| values[i.saturating_sub(1)..(i + 2).min(values.len())].iter().copied().fold(0.0, f64::max))
+    (0..values.len()).map(|i| {
+        values[i.saturating_sub(1)..(i + 2).min(values.len())].iter().copied().fold(0.0, f64::max)
+    })
 }
 
 /// The diagonal of the box of the points.
 fn diagonal<const D: usize>(points: &[Point<D>]) -> f64 {
-    let corner = |pick: fn(f64, f64) -> f64| points.iter().fold(points[0], |c, p| Point(std::array::from_fn(|k| pick(c[k], p[k]))));
+    let corner = |pick: fn(f64, f64) -> f64| {
+        points.iter().fold(points[0], |c, p| Point(std::array::from_fn(|k| pick(c[k], p[k]))))
+    };
     corner(f64::min).distance(corner(f64::max))
 }

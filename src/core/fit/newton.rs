@@ -1,12 +1,12 @@
 //! One step for parameters and curve together.
 //!
-//! Half the sum of squares `F(y, u) = 1/2 sum_i w_i |C(u_i; y) - p_i|^2` has one parameter `u_i` per point, which
-//! meets the curve's own unknowns `y` and no other parameter. So the parameters are eliminated from
-//! Newton's equations one by one, and a system for `y` remains:
-//! `(F_yy - sum_i c_i c_i' / h_i) dy = sum_i c_i g_i / h_i - g_y` with `g_i = r_i . C'_i`,
-//! `h_i = |C'_i|^2 + r_i . C''_i` and `c_i = C'_i . V + r_i . V'`, `V = dC/dy`; then
-//! `du_i = -(g_i + c_i . dy) / h_i` (Golub and Pereyra 1973; Borges and Pastva 2002, CAGD 19).
-//! Without the terms in `r_i` this is the step of Gauss and Newton, whose matrix is never indefinite.
+//! Half the sum of squares `F(y, u) = 1/2 sum_i w_i |C(u_i; y) - p_i|^2` has one parameter `u_i`
+//! per point, which meets the curve's own unknowns `y` and no other parameter. So the parameters
+//! are eliminated from Newton's equations one by one, and a system for `y` remains: `(F_yy - sum_i
+//! c_i c_i' / h_i) dy = sum_i c_i g_i / h_i - g_y` with `g_i = r_i . C'_i`, `h_i = |C'_i|^2 + r_i .
+//! C''_i` and `c_i = C'_i . V + r_i . V'`, `V = dC/dy`; then `du_i = -(g_i + c_i . dy) / h_i`
+//! (Golub and Pereyra 1973; Borges and Pastva 2002, CAGD 19). Without the terms in `r_i` this is
+//! the step of Gauss and Newton, whose matrix is never indefinite.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -68,14 +68,18 @@ pub(super) struct At<'a, const D: usize> {
 }
 
 impl<const D: usize> Space<D> {
-    /// Orthonormal up to rounding, by reflections. Where the points do not tell the functions apart, as they are.
+    /// Orthonormal up to rounding, by reflections. Where the points do not tell the functions
+    /// apart, as they are.
     pub(super) fn new(context: &Context, freedom: Freedom<D>, at: &At<D>) -> Result<Self, Error> {
         let Freedom { functions, motions } = freedom;
         let count = functions.ncols();
         let mut problem = LeastSquares::<1>::dense(count);
         for offsets in at.blocks() {
             context.checkpoint()?;
-            problem.push_block(Block { columns: combined(&offsets.basis, &functions), right: [[0.0; LANES]] });
+            problem.push_block(Block {
+                columns: combined(&offsets.basis, &functions),
+                right: [[0.0; LANES]],
+            });
         }
         let mut triangle = DMatrix::zeros(count, count);
         for (k, (row, _)) in problem.reduced().enumerate() {
@@ -94,9 +98,12 @@ impl<const D: usize> Space<D> {
 
     /// The same motions in functions `R^-T f`.
     fn turned(&self, triangle: &DMatrix<f64>) -> Option<Self> {
-        let transposed = triangle.transpose().solve_lower_triangular(&self.functions.transpose())?;
+        let transposed =
+            triangle.transpose().solve_lower_triangular(&self.functions.transpose())?;
         let turn = |motion: &Vec<Point<D>>| {
-            let row = |k: usize| (k..motion.len()).fold(Point::ZERO, |sum, j| sum + motion[j] * triangle[(k, j)]);
+            let row = |k: usize| {
+                (k..motion.len()).fold(Point::ZERO, |sum, j| sum + motion[j] * triangle[(k, j)])
+            };
             (0..motion.len()).map(row).collect()
         };
         let motions = self.motions.as_ref().map(|motions| motions.iter().map(turn).collect());
@@ -107,7 +114,9 @@ impl<const D: usize> Space<D> {
     fn reduced(&self, full: DMatrix<f64>, right: DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
         let Some(motions) = &self.motions else { return (full, right) };
         let t = DMatrix::from_fn(full.nrows(), motions.len(), |z, j| motions[j][z / D][z % D]);
-        let product = |a: &DMatrix<f64>| DMatrix::from_fn(t.ncols(), a.ncols(), |j, z| t.column(j).dot(&a.column(z)));
+        let product = |a: &DMatrix<f64>| {
+            DMatrix::from_fn(t.ncols(), a.ncols(), |j, z| t.column(j).dot(&a.column(z)))
+        };
         let half = product(&full);
         (product(&half.transpose()), DVector::from_fn(t.ncols(), |j, _| t.column(j).dot(&right)))
     }
@@ -116,10 +125,17 @@ impl<const D: usize> Space<D> {
     fn change(&self, y: &DVector<f64>) -> Vec<Point<D>> {
         let vector = |k: usize| match &self.motions {
             None => Point(std::array::from_fn(|a| y[k * D + a])),
-            Some(motions) => motions.iter().zip(y.iter()).fold(Point::ZERO, |sum, (m, &y)| sum + m[k] * y),
+            Some(motions) => {
+                motions.iter().zip(y.iter()).fold(Point::ZERO, |sum, (m, &y)| sum + m[k] * y)
+            }
         };
         let vectors: Vec<_> = (0..self.functions.ncols()).map(vector).collect();
-        let bezier = |i: usize| vectors.iter().enumerate().fold(Point::ZERO, |sum, (k, &v)| sum + v * self.functions[(i, k)]);
+        let bezier = |i: usize| {
+            vectors
+                .iter()
+                .enumerate()
+                .fold(Point::ZERO, |sum, (k, &v)| sum + v * self.functions[(i, k)])
+        };
         (0..self.functions.nrows()).map(bezier).collect()
     }
 }
@@ -168,7 +184,13 @@ impl<const D: usize> At<'_, D> {
     }
 
     /// Sums the equations over the points. O(points * (D functions)^2).
-    pub(super) fn sums(&self, context: &Context, space: &Space<D>, matrix: Matrix, damping: f64) -> Result<Sums, Error> {
+    pub(super) fn sums(
+        &self,
+        context: &Context,
+        space: &Space<D>,
+        matrix: Matrix,
+        damping: f64,
+    ) -> Result<Sums, Error> {
         let count = space.functions.ncols();
         let mut sums = Sums {
             gram: DMatrix::zeros(count, count),
@@ -185,8 +207,8 @@ impl<const D: usize> At<'_, D> {
         Ok(sums)
     }
 
-    /// The step of these sums, with so much damping of the curve beside that of the parameters; none where
-    /// their matrix is not positive definite.
+    /// The step of these sums, with so much damping of the curve beside that of the parameters;
+    /// none where their matrix is not positive definite.
     pub(super) fn step(
         &self,
         context: &Context,
@@ -207,13 +229,16 @@ impl<const D: usize> At<'_, D> {
             let start = parameters.len();
             for (l, &t) in self.parameters[start..].iter().take(LANES).enumerate() {
                 let bend = Curvature::of(&offsets, l, matrix);
-                let mixed = dot(&offsets.tangent, &moved, l) + bend.share * dot(&offsets.offset, &turned, l);
+                let mixed = dot(&offsets.tangent, &moved, l)
+                    + bend.share * dot(&offsets.offset, &turned, l);
                 let slope = if offsets.held[l] { 0.0 } else { offsets.slope(l) };
-                let step = if offsets.held[l] { 0.0 } else { -(slope + mixed) / bend.damped(damping) };
+                let step =
+                    if offsets.held[l] { 0.0 } else { -(slope + mixed) / bend.damped(damping) };
                 let to = self.scene.moved(t, step);
                 let taken = self.scene.part(t, to);
-                decrease -=
-                    dot(&offsets.offset, &moved, l) + 0.5 * dot(&moved, &moved, l) + taken * (slope + mixed + 0.5 * bend.value * taken);
+                decrease -= dot(&offsets.offset, &moved, l)
+                    + 0.5 * dot(&moved, &moved, l)
+                    + taken * (slope + mixed + 0.5 * bend.value * taken);
                 parameters.push(to);
             }
         }
@@ -243,7 +268,14 @@ impl Curvature {
 }
 
 impl Sums {
-    fn add<const D: usize>(&mut self, offsets: &Offsets<D>, functions: &[Column], slopes: &[Column], matrix: Matrix, damping: f64) {
+    fn add<const D: usize>(
+        &mut self,
+        offsets: &Offsets<D>,
+        functions: &[Column],
+        slopes: &[Column],
+        matrix: Matrix,
+        damping: f64,
+    ) {
         let (mut share, mut root, mut slope) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for l in (0..LANES).filter(|&l| !offsets.held[l]) {
             let bend = Curvature::of(offsets, l, matrix);
@@ -262,7 +294,8 @@ impl Sums {
         add_products(&mut self.cross, &mixed);
         for (z, column) in mixed.iter().enumerate() {
             self.right[z] += dots(&slope, std::array::from_ref(column))[0];
-            self.slope[z] += dots(&offsets.offset[z % D], std::array::from_ref(&functions[z / D]))[0];
+            self.slope[z] +=
+                dots(&offsets.offset[z % D], std::array::from_ref(&functions[z / D]))[0];
         }
     }
 
@@ -272,14 +305,16 @@ impl Sums {
         if size == 0 {
             return Some(DVector::zeros(0));
         }
-        let lower = |a: &DMatrix<f64>, i: usize, j: usize| if i >= j { a[(i, j)] } else { a[(j, i)] };
+        let lower =
+            |a: &DMatrix<f64>, i: usize, j: usize| if i >= j { a[(i, j)] } else { a[(j, i)] };
         let full = DMatrix::from_fn(size, size, |i, j| {
             let gram = if i % D == j % D { lower(&self.gram, i / D, j / D) } else { 0.0 };
             gram - lower(&self.cross, i, j)
         });
         let (mut a, b) = space.reduced(full, &self.right - &self.slope);
         let largest = self.gram.diagonal().max();
-        let square = |k: usize| if space.motions.is_none() { self.gram[(k / D, k / D)] } else { largest };
+        let square =
+            |k: usize| if space.motions.is_none() { self.gram[(k / D, k / D)] } else { largest };
         (0..a.nrows()).for_each(|k| a[(k, k)] += RIDGE * largest + stiffness * square(k));
         if !a.iter().chain(b.iter()).all(|x| x.is_finite()) {
             return None;

@@ -11,8 +11,8 @@ use crate::core::linear::householder::Column;
 use crate::core::linear::lanes::{LANES, bernstein};
 use crate::core::point::{Point, larger, magnitude};
 
-/// Points in coordinates of size 1 about their middle, with weights of at most 1: every sum of squares
-/// is safe, and no digit is lost to where the data lie.
+/// Points in coordinates of size 1 about their middle, with weights of at most 1: every sum of
+/// squares is safe, and no digit is lost to where the data lie.
 pub(super) struct Scene<'a, const D: usize> {
     pub(super) data: &'a Data<D>,
     /// The length of the domain of the curve.
@@ -45,7 +45,12 @@ impl<'a, const D: usize> Scene<'a, D> {
     }
 
     /// The weighted sum of squared distances, in units of the scene.
-    pub(super) fn squares(&self, context: &Context, curve: &Single<D>, parameters: &[f64]) -> Result<f64, Error> {
+    pub(super) fn squares(
+        &self,
+        context: &Context,
+        curve: &Single<D>,
+        parameters: &[f64],
+    ) -> Result<f64, Error> {
         let composite = curve.composite(context)?;
         let sampled = composite.evaluator(context)?.sample(context, parameters)?;
         let pairs = self.data.points.iter().zip(sampled).enumerate();
@@ -91,10 +96,16 @@ impl<'a, const D: usize> Scene<'a, D> {
         derivatives: &'b [Vec<Point<D>>; 3],
         parameters: &'b [f64],
     ) -> impl Iterator<Item = Offsets<D>> + 'b {
-        (0..parameters.len().div_ceil(LANES)).map(move |part| self.block(derivatives, parameters, part * LANES))
+        (0..parameters.len().div_ceil(LANES))
+            .map(move |part| self.block(derivatives, parameters, part * LANES))
     }
 
-    fn block(&self, derivatives: &[Vec<Point<D>>; 3], parameters: &[f64], start: usize) -> Offsets<D> {
+    fn block(
+        &self,
+        derivatives: &[Vec<Point<D>>; 3],
+        parameters: &[f64],
+        start: usize,
+    ) -> Offsets<D> {
         let degree = derivatives[0].len() - 1;
         let (mut u, mut v, mut root) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         let mut held = [true; LANES];

@@ -12,8 +12,8 @@ pub(super) struct Ordered<'a, const D: usize> {
     pub(super) places: Vec<f64>,
     /// For each point, which place it has.
     pub(super) place_of: Vec<usize>,
-    /// For each place, where a curve is to be that is as close as can be to its points: their weighted
-    /// mean, or an end point to be interpolated.
+    /// For each place, where a curve is to be that is as close as can be to its points: their
+    /// weighted mean, or an end point to be interpolated.
     pub(super) centres: Vec<Point<D>>,
 }
 
@@ -45,7 +45,8 @@ impl<'a, const D: usize> Ordered<'a, D> {
     /// The largest distance at a place.
     pub(super) fn distance_at(&self, place: usize, distances: &[f64]) -> f64 {
         let first = self.place_of.partition_point(|&p| p < place);
-        let at_place = self.place_of[first..].iter().take_while(|&&p| p == place).zip(&distances[first..]);
+        let at_place =
+            self.place_of[first..].iter().take_while(|&&p| p == place).zip(&distances[first..]);
         at_place.fold(0.0, |largest, (_, &distance)| distance.max(largest))
     }
 }

@@ -42,9 +42,14 @@ impl Parameters {
     }
 
     /// Parameters on `[0, length]`; a rule fills it from end to end.
-    pub(super) fn on_domain<const D: usize>(&self, data: &Data<D>, length: f64) -> Result<Vec<f64>, Error> {
+    pub(super) fn on_domain<const D: usize>(
+        &self,
+        data: &Data<D>,
+        length: f64,
+    ) -> Result<Vec<f64>, Error> {
         if let Parameters::Values(values) = self {
-            let settled = check_count(values, data).and_then(|()| on_domain(values, length, data.ends));
+            let settled =
+                check_count(values, data).and_then(|()| on_domain(values, length, data.ends));
             return settled.at("values").at("parameterization");
         }
         let sums = self.sums(data)?;
@@ -55,7 +60,10 @@ impl Parameters {
     /// Parameters that do not decrease and span a domain of positive length.
     pub(super) fn in_order<const D: usize>(&self, data: &Data<D>) -> Result<Vec<f64>, Error> {
         let Parameters::Values(values) = self else { return self.sums(data) };
-        check_count(values, data).and_then(|()| check_order(values)).at("values").at("parameterization")?;
+        check_count(values, data)
+            .and_then(|()| check_order(values))
+            .at("values")
+            .at("parameterization")?;
         Ok(values.clone())
     }
 
@@ -87,10 +95,17 @@ fn check_count<const D: usize>(values: &[f64], data: &Data<D>) -> Result<(), Err
     if values.len() == expected {
         return Ok(());
     }
-    Err(Fault::WrongCount { what: "parameters", count: values.len(), expected, rule: "one parameter per point" }.into())
+    Err(Fault::WrongCount {
+        what: "parameters",
+        count: values.len(),
+        expected,
+        rule: "one parameter per point",
+    }
+    .into())
 }
 
-/// The parameters meant on `[0, length]`: those outside by rounding only are the ends, and those of end points may be.
+/// The parameters meant on `[0, length]`: those outside by rounding only are the ends, and those of
+/// end points may be.
 fn on_domain(values: &[f64], length: f64, ends: Ends) -> Result<Vec<f64>, Error> {
     let domain = Domain { ends: (0.0, length), name: "parameter", of: "curve" };
     let mut settled = domain.settle_all(values)?;
@@ -100,13 +115,17 @@ fn on_domain(values: &[f64], length: f64, ends: Ends) -> Result<Vec<f64>, Error>
     }
     let mut end_at = |i: usize, end: f64, allowed: String| {
         if !domain.is_at(settled[i], end) {
-            return Err(Fault::OutOfRange { what: "this parameter", value: settled[i], allowed }.at(i));
+            return Err(
+                Fault::OutOfRange { what: "this parameter", value: settled[i], allowed }.at(i)
+            );
         }
         settled[i] = end;
         Ok(())
     };
     let start = "0, the start of the domain, as the curve is to start at the first point (ends \"interpolate\")".into();
-    let stop = format!("{length:?}, the end of the domain, as the curve is to end at the last point (ends \"interpolate\")");
+    let stop = format!(
+        "{length:?}, the end of the domain, as the curve is to end at the last point (ends \"interpolate\")"
+    );
     both(end_at(0, 0.0, start), end_at(last, length, stop))?;
     Ok(settled)
 }
@@ -121,8 +140,11 @@ fn check_order(values: &[f64]) -> Result<(), Error> {
         return Err(Fault::Overflow.at(last));
     }
     if values[last] == values[0] {
-        let allowed = "greater than the first parameter: the two are the domain of the curve".into();
-        return Err(Fault::OutOfRange { what: "the last parameter", value: values[last], allowed }.at(last));
+        let allowed =
+            "greater than the first parameter: the two are the domain of the curve".into();
+        return Err(
+            Fault::OutOfRange { what: "the last parameter", value: values[last], allowed }.at(last)
+        );
     }
     Ok(())
 }
@@ -142,38 +164,67 @@ mod tests {
     use crate::core::point::Point;
 
     fn data(ends: Ends) -> Data<1> {
-        Data::new(&Context::default(), vec![Point([0.0]), Point([1.0]), Point([1.0]), Point([4.0])], None, ends).unwrap()
+        Data::new(
+            &Context::default(),
+            vec![Point([0.0]), Point([1.0]), Point([1.0]), Point([4.0])],
+            None,
+            ends,
+        )
+        .unwrap()
     }
 
     #[test]
     fn rules_fill_the_domain_and_allow_repeated_points() {
-        assert_eq!(Parameters::ChordLength.on_domain(&data(Ends::Free), 0.5).unwrap(), [0.0, 0.125, 0.125, 0.5]);
+        assert_eq!(
+            Parameters::ChordLength.on_domain(&data(Ends::Free), 0.5).unwrap(),
+            [0.0, 0.125, 0.125, 0.5]
+        );
         let awkward = Parameters::Uniform.on_domain(&data(Ends::Free), 0.1).unwrap();
         assert_eq!(awkward[3], 0.1, "the last parameter is the end of the domain");
     }
 
     #[test]
     fn given_values_are_held_to_the_domain_and_the_ends() {
-        let place = |values: [f64; 4], ends| Parameters::Values(values.to_vec()).on_domain(&data(ends), 1.0).unwrap_err().place.to_string();
+        let place = |values: [f64; 4], ends| {
+            Parameters::Values(values.to_vec())
+                .on_domain(&data(ends), 1.0)
+                .unwrap_err()
+                .place
+                .to_string()
+        };
         assert_eq!(place([0.0, 0.5, 1.5, 1.0], Ends::Free), "/parameterization/values/2");
         assert_eq!(place([0.0, f64::NAN, 0.5, 1.0], Ends::Free), "/parameterization/values/1");
         assert_eq!(place([0.1, 0.2, 0.3, 1.0], Ends::Interpolate), "/parameterization/values/0");
         assert_eq!(place([0.0, 0.2, 0.3, 0.9], Ends::Interpolate), "/parameterization/values/3");
-        assert!(Parameters::Values(vec![0.9, 0.2, 0.2, 0.1]).on_domain(&data(Ends::Free), 1.0).is_ok());
+        assert!(
+            Parameters::Values(vec![0.9, 0.2, 0.2, 0.1]).on_domain(&data(Ends::Free), 1.0).is_ok()
+        );
     }
 
     #[test]
     fn a_tolerance_fit_takes_parameters_in_order() {
-        let place = |values: [f64; 4]| Parameters::Values(values.to_vec()).in_order(&data(Ends::Free)).unwrap_err().place.to_string();
+        let place = |values: [f64; 4]| {
+            Parameters::Values(values.to_vec())
+                .in_order(&data(Ends::Free))
+                .unwrap_err()
+                .place
+                .to_string()
+        };
         assert_eq!(place([3.0, 4.0, 3.5, 5.0]), "/parameterization/values/2");
         assert_eq!(place([3.0, 3.0, 3.0, 3.0]), "/parameterization/values/3");
-        assert_eq!(Parameters::Values(vec![-3.0, 4.0, 4.0, 5.0]).in_order(&data(Ends::Free)).unwrap(), [-3.0, 4.0, 4.0, 5.0]);
+        assert_eq!(
+            Parameters::Values(vec![-3.0, 4.0, 4.0, 5.0]).in_order(&data(Ends::Free)).unwrap(),
+            [-3.0, 4.0, 4.0, 5.0]
+        );
     }
 
     #[test]
     fn coinciding_points_determine_nothing() {
         let data = Data::new(&Context::default(), vec![Point([2.0]); 5], None, Ends::Free).unwrap();
-        assert_eq!(Parameters::Centripetal.on_domain(&data, 1.0).unwrap_err().place.to_string(), "/points");
+        assert_eq!(
+            Parameters::Centripetal.on_domain(&data, 1.0).unwrap_err().place.to_string(),
+            "/points"
+        );
         assert!(Parameters::Uniform.on_domain(&data, 1.0).is_ok());
     }
 }

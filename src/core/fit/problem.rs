@@ -17,13 +17,21 @@ pub(super) struct Problem<'a, const D: usize> {
 
 impl<'a, const D: usize> Problem<'a, D> {
     /// O(points).
-    pub(super) fn new(context: &Context, ordered: Ordered<'a, D>, tolerance: f64) -> Result<Self, Error> {
+    pub(super) fn new(
+        context: &Context,
+        ordered: Ordered<'a, D>,
+        tolerance: f64,
+    ) -> Result<Self, Error> {
         let near = Near::new(context, &ordered, tolerance)?;
         Ok(Problem { ordered, near, tolerance })
     }
 
     /// The least-squares spline; `None` where the points do not determine it well.
-    pub(super) fn spline(&self, context: &Context, breaks: &[f64]) -> Result<Option<Spline<D>>, Error> {
+    pub(super) fn spline(
+        &self,
+        context: &Context,
+        breaks: &[f64],
+    ) -> Result<Option<Spline<D>>, Error> {
         match Spline::least_squares(context, &self.ordered, breaks) {
             Ok(spline) => Ok(Some(spline)),
             Err(Unsolved::Deficient(_)) => Ok(None),
@@ -33,19 +41,29 @@ impl<'a, const D: usize> Problem<'a, D> {
 
     /// Whether every point is within the tolerance, and every stretch near its chord.
     pub(super) fn holds(&self, context: &Context, spline: &Spline<D>) -> Result<bool, Error> {
-        Ok(spline.error() <= self.tolerance && self.near.holds(context, &self.ordered, &spline.composite)?)
+        Ok(spline.error() <= self.tolerance
+            && self.near.holds(context, &self.ordered, &spline.composite)?)
     }
 
     /// The same for a list of breaks: the spline, where it holds.
-    pub(super) fn held(&self, context: &Context, breaks: &[f64]) -> Result<Option<Spline<D>>, Error> {
+    pub(super) fn held(
+        &self,
+        context: &Context,
+        breaks: &[f64],
+    ) -> Result<Option<Spline<D>>, Error> {
         match self.spline(context, breaks)? {
             Some(spline) if self.holds(context, &spline)? => Ok(Some(spline)),
             _ => Ok(None),
         }
     }
 
-    /// Which segments have a point too far off, or a stretch that strays; what is at a joint counts for both sides.
-    pub(super) fn violated(&self, context: &Context, spline: &Spline<D>) -> Result<Vec<bool>, Error> {
+    /// Which segments have a point too far off, or a stretch that strays; what is at a joint counts
+    /// for both sides.
+    pub(super) fn violated(
+        &self,
+        context: &Context,
+        spline: &Spline<D>,
+    ) -> Result<Vec<bool>, Error> {
         let breaks = spline.breaks();
         let mut violated = vec![false; spline.segments()];
         let mut mark = |from: f64, to: f64| {
@@ -54,7 +72,9 @@ impl<'a, const D: usize> Problem<'a, D> {
             violated[first..after].fill(true);
         };
         let places = &self.ordered.places;
-        for (i, _) in spline.distances.iter().enumerate().filter(|&(_, &d)| d > self.tolerance || d.is_nan()) {
+        for (i, _) in
+            spline.distances.iter().enumerate().filter(|&(_, &d)| d > self.tolerance || d.is_nan())
+        {
             let t = self.ordered.parameters[i];
             mark(t, t);
         }

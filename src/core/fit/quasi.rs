@@ -37,21 +37,30 @@ impl<const D: usize> ShapeFit<D> {
 }
 
 impl<const D: usize> Solver<D> for ShapeFit<D> {
-    fn solve(&self, context: &Context, data: &Data<D>, parameters: &[f64]) -> Result<Solved<D>, Error> {
+    fn solve(
+        &self,
+        context: &Context,
+        data: &Data<D>,
+        parameters: &[f64],
+    ) -> Result<Solved<D>, Error> {
         if self.polygon.iter().all(|&p| p == self.polygon[0]) {
             return Err(no_influence("the shape matrix"));
         }
         let origin = centre(&self.polygon);
         let polygon: Vec<_> = self.polygon.iter().map(|&p| p - origin).collect();
         let reduced = Reduced::new(context, data, parameters, self.degree, origin)?;
-        let matrix = best_matrix(context, &reduced, &polygon, self.degree, data.ends).map_err(|unsolved| {
-            unsolved.explained(|deficient| {
-                let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
-                let count = distinct(parameters.iter().copied().filter(inner));
-                let advice = "give more points, or a lower degree";
-                deficiency(deficient, count, "Bezier points of this degree", advice).at("degree").at("solve")
-            })
-        })?;
+        let matrix = best_matrix(context, &reduced, &polygon, self.degree, data.ends).map_err(
+            |unsolved| {
+                unsolved.explained(|deficient| {
+                    let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
+                    let count = distinct(parameters.iter().copied().filter(inner));
+                    let advice = "give more points, or a lower degree";
+                    deficiency(deficient, count, "Bezier points of this degree", advice)
+                        .at("degree")
+                        .at("solve")
+                })
+            },
+        )?;
         let curve = Single::new(context, quasi_basis(context, &matrix)?, self.polygon.clone())?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
     }
@@ -62,7 +71,8 @@ impl<const D: usize> Solver<D> for ShapeFit<D> {
     }
 }
 
-/// The middle of the polygon's vertices: coordinates counted from there lose no digits to their offset.
+/// The middle of the polygon's vertices: coordinates counted from there lose no digits to their
+/// offset.
 pub(super) fn centre<const D: usize>(points: &[Point<D>]) -> Point<D> {
     let share = 1.0 / points.len() as f64;
     points.iter().fold(Point::ZERO, |sum, &p| sum + p * share)
@@ -83,7 +93,8 @@ pub(super) fn quasi_basis(context: &Context, matrix: &ShapeMatrix) -> Result<Bas
     Ok(Basis::Quasi(quasi))
 }
 
-/// The convex least-squares problem for the Bezier points that are not fixed, in coordinates of size 1.
+/// The convex least-squares problem for the Bezier points that are not fixed, in coordinates of
+/// size 1.
 struct Program<const D: usize> {
     equations: Vec<(Vec<f64>, Point<D>)>,
     polygon: Vec<Point<D>>,
@@ -92,7 +103,8 @@ struct Program<const D: usize> {
 }
 
 /// The shape matrix whose Bezier points `M P` are best; of those that give the same points, the one
-/// whose rows are nearest to those of degree elevation. Coordinates are counted from near the polygon.
+/// whose rows are nearest to those of degree elevation. Coordinates are counted from near the
+/// polygon.
 pub(super) fn best_matrix<const D: usize>(
     context: &Context,
     reduced: &Reduced<D>,
@@ -102,32 +114,54 @@ pub(super) fn best_matrix<const D: usize>(
 ) -> Result<ShapeMatrix, Unsolved> {
     let order = polygon.len() - 1;
     let unknown = if ends == Ends::Interpolate { 1..degree } else { 0..degree + 1 };
-    let program = Program::new(reduced, polygon, ShapeMatrix::elevation(degree, order), unknown.clone());
+    let program =
+        Program::new(reduced, polygon, ShapeMatrix::elevation(degree, order), unknown.clone());
     let rows = program.solve(context)?;
     let unit = |i: usize, j: usize| f64::from((i == 0 && j == 0) || (i == degree && j == order));
-    let entry = |i: usize, j: usize| if unknown.contains(&i) { rows[i - unknown.start][j] } else { unit(i, j) };
+    let entry = |i: usize, j: usize| {
+        if unknown.contains(&i) { rows[i - unknown.start][j] } else { unit(i, j) }
+    };
     Ok(ShapeMatrix::from_fn(degree + 1, order + 1, entry))
 }
 
 impl<const D: usize> Program<D> {
-    fn new(reduced: &Reduced<D>, polygon: &[Point<D>], elevation: ShapeMatrix, unknown: Range<usize>) -> Self {
+    fn new(
+        reduced: &Reduced<D>,
+        polygon: &[Point<D>],
+        elevation: ShapeMatrix,
+        unknown: Range<usize>,
+    ) -> Self {
         let size = magnitude(polygon);
         let scale = |p: Point<D>| if size > 0.0 { p.map(|x| x / size) } else { p };
         let last = polygon[polygon.len() - 1];
         let degree = elevation.degree();
         let norm = reduced.norm();
         let equation = |(row, right): (&[f64], Point<D>)| {
-            let known = if unknown.start > 0 { polygon[0] * row[0] + last * row[degree] } else { Point::ZERO };
-            (row[unknown.clone()].iter().map(|r| r / norm).collect(), scale(right - known).map(|x| x / norm))
+            let known = if unknown.start > 0 {
+                polygon[0] * row[0] + last * row[degree]
+            } else {
+                Point::ZERO
+            };
+            (
+                row[unknown.clone()].iter().map(|r| r / norm).collect(),
+                scale(right - known).map(|x| x / norm),
+            )
         };
         let equations = reduced.equations().map(equation).collect();
-        Program { equations, polygon: polygon.iter().map(|&p| scale(p)).collect(), elevation, unknown }
+        Program {
+            equations,
+            polygon: polygon.iter().map(|&p| scale(p)).collect(),
+            elevation,
+            unknown,
+        }
     }
 
     /// One row of weights per unknown Bezier point.
     fn solve(&self, context: &Context) -> Result<Vec<Vec<f64>>, Unsolved> {
         let finite = |p: &Point<D>| p.is_finite();
-        if !self.polygon.iter().all(finite) || !self.equations.iter().all(|(_, right)| finite(right)) {
+        if !self.polygon.iter().all(finite)
+            || !self.equations.iter().all(|(_, right)| finite(right))
+        {
             // Coordinates at the end of the range of a double: the error, once measured, says so.
             return Ok(self.unknown.clone().map(|i| self.elevation.row(i).to_vec()).collect());
         }
@@ -172,11 +206,18 @@ impl<const D: usize> Program<D> {
 
     fn error(&self, rows: &[Vec<f64>]) -> f64 {
         let bezier = self.bezier(rows);
-        length(&self.equations.iter().map(|(row, right)| combine(row, &bezier) - *right).collect::<Vec<_>>())
+        length(
+            &self
+                .equations
+                .iter()
+                .map(|(row, right)| combine(row, &bezier) - *right)
+                .collect::<Vec<_>>(),
+        )
     }
 
-    /// The interior point's solution with all digits: its zeros tell the face of the hull each Bezier
-    /// point lies on, and on those faces the problem is linear. Kept only where it is no worse.
+    /// The interior point's solution with all digits: its zeros tell the face of the hull each
+    /// Bezier point lies on, and on those faces the problem is linear. Kept only where it is no
+    /// worse.
     fn polished(&self, context: &Context, inner: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
         let plain = self.combinations(context, &self.bezier(inner))?;
         let bezier = match self.on_faces(context, inner) {
@@ -198,24 +239,36 @@ impl<const D: usize> Program<D> {
             context.checkpoint()?;
             let rest = row.iter().zip(&flats).fold(*right, |rest, (&r, flat)| rest - flat.base * r);
             for axis in 0..D {
-                let coefficients = row.iter().zip(&flats).flat_map(|(r, flat)| flat.directions.iter().map(move |e| r * e[axis]));
+                let coefficients = row
+                    .iter()
+                    .zip(&flats)
+                    .flat_map(|(r, flat)| flat.directions.iter().map(move |e| r * e[axis]));
                 problem.push(0, &coefficients.collect::<Vec<_>>(), Point([rest[axis]]), 1.0);
             }
         }
         let solution = problem.solve()?;
         let mut along = solution.iter();
-        let point = |flat: &Flat<D>| flat.directions.iter().zip(along.by_ref()).fold(flat.base, |q, (&e, y)| q + e * y[0]);
+        let point = |flat: &Flat<D>| {
+            flat.directions.iter().zip(along.by_ref()).fold(flat.base, |q, (&e, y)| q + e * y[0])
+        };
         Ok(flats.iter().map(point).collect())
     }
 }
 
-/// How the Bezier points of a matrix may move without leaving the faces of the hull that they lie on.
-pub(super) fn on_hull<const D: usize>(matrix: &ShapeMatrix, polygon: &[Point<D>], ends: Ends) -> Vec<Vec<Point<D>>> {
+/// How the Bezier points of a matrix may move without leaving the faces of the hull that they lie
+/// on.
+pub(super) fn on_hull<const D: usize>(
+    matrix: &ShapeMatrix,
+    polygon: &[Point<D>],
+    ends: Ends,
+) -> Vec<Vec<Point<D>>> {
     let (origin, degree) = (centre(polygon), matrix.degree());
     let size = polygon.iter().map(|&p| (p - origin).max_abs()).fold(f64::MIN_POSITIVE, f64::max);
     let polygon: Vec<_> = polygon.iter().map(|&p| (p - origin).map(|x| x / size)).collect();
     let unknown = if ends == Ends::Interpolate { 1..degree } else { 0..degree + 1 };
-    let motion = |i: usize, e: Point<D>| (0..=degree).map(|k| if k == i { e } else { Point::ZERO }).collect();
+    let motion = |i: usize, e: Point<D>| {
+        (0..=degree).map(|k| if k == i { e } else { Point::ZERO }).collect()
+    };
     let of_point = |i: usize| {
         let directions = Flat::new(&polygon, matrix.row(i)).directions;
         directions.into_iter().map(move |e| motion(i, e)).collect::<Vec<_>>()
@@ -232,12 +285,19 @@ struct Flat<const D: usize> {
 impl<const D: usize> Flat<D> {
     /// Gram and Schmidt, the longest remainder first.
     fn new(polygon: &[Point<D>], weights: &[f64]) -> Self {
-        let vertices: Vec<_> = polygon.iter().zip(weights).filter(|&(_, &m)| m > ZERO_WEIGHT).map(|(&p, _)| p).collect();
+        let vertices: Vec<_> = polygon
+            .iter()
+            .zip(weights)
+            .filter(|&(_, &m)| m > ZERO_WEIGHT)
+            .map(|(&p, _)| p)
+            .collect();
         let base = vertices[0];
         let mut rest: Vec<_> = vertices.iter().map(|&p| p - base).collect();
         let mut directions = Vec::new();
         while directions.len() < D {
-            let Some(&longest) = rest.iter().max_by(|a, b| a.norm().total_cmp(&b.norm())) else { break };
+            let Some(&longest) = rest.iter().max_by(|a, b| a.norm().total_cmp(&b.norm())) else {
+                break;
+            };
             let Some(e) = longest.unit().filter(|_| longest.norm() > ZERO_WEIGHT) else { break };
             directions.push(e);
             rest.iter_mut().for_each(|p| *p = *p - e * p.dot(e));

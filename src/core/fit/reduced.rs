@@ -18,24 +18,27 @@ pub(super) fn blocks<'a, const D: usize>(
     degree: usize,
     origin: Point<D>,
 ) -> impl Iterator<Item = Block<D>> + 'a {
-    parameters.chunks(LANES).zip(data.points.chunks(LANES)).enumerate().map(move |(part, (parameters, points))| {
-        // Lanes without a point keep u = v = 0, where all Bernstein polynomials of a positive degree vanish.
-        let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
-        let mut block = Block { columns: Vec::new(), right: [[0.0; LANES]; D] };
-        for (l, (t, &p)) in parameters.iter().zip(points).enumerate() {
-            (u[l], v[l]) = (t / length, (length - t) / length);
-            block.right.iter_mut().zip((p - origin).0).for_each(|(column, x)| column[l] = x);
-        }
-        block.columns = bernstein(degree, &u, &v);
-        if let Some(weights) = &data.weights {
-            block.weigh(&weights[part * LANES..][..points.len()]);
-        }
-        block
-    })
+    parameters.chunks(LANES).zip(data.points.chunks(LANES)).enumerate().map(
+        move |(part, (parameters, points))| {
+            // Lanes without a point keep u = v = 0, where all Bernstein polynomials of a positive
+            // degree vanish.
+            let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
+            let mut block = Block { columns: Vec::new(), right: [[0.0; LANES]; D] };
+            for (l, (t, &p)) in parameters.iter().zip(points).enumerate() {
+                (u[l], v[l]) = (t / length, (length - t) / length);
+                block.right.iter_mut().zip((p - origin).0).for_each(|(column, x)| column[l] = x);
+            }
+            block.columns = bernstein(degree, &u, &v);
+            if let Some(weights) = &data.weights {
+                block.weigh(&weights[part * LANES..][..points.len()]);
+            }
+            block
+        },
+    )
 }
 
-/// The data reduced to `degree + 1` equations `R Q = c` that have, up to a constant, the same sum of
-/// squares for every curve of the degree, so that a trial of a shape costs O(degree^2).
+/// The data reduced to `degree + 1` equations `R Q = c` that have, up to a constant, the same sum
+/// of squares for every curve of the degree, so that a trial of a shape costs O(degree^2).
 #[derive(Debug, Clone)]
 pub(super) struct Reduced<const D: usize> {
     rows: Vec<Vec<f64>>,
@@ -44,13 +47,21 @@ pub(super) struct Reduced<const D: usize> {
 
 impl<const D: usize> Reduced<D> {
     /// O(points * degree^2).
-    pub(super) fn new(context: &Context, data: &Data<D>, parameters: &[f64], degree: usize, origin: Point<D>) -> Result<Self, Error> {
+    pub(super) fn new(
+        context: &Context,
+        data: &Data<D>,
+        parameters: &[f64],
+        degree: usize,
+        origin: Point<D>,
+    ) -> Result<Self, Error> {
         let mut problem = LeastSquares::dense(degree + 1);
         for block in blocks(data, parameters, 1.0, degree, origin) {
             context.checkpoint()?;
             problem.push_block(block);
         }
-        let full_row = |(k, (entries, right)): (usize, (&[f64], Point<D>))| ([&vec![0.0; k], entries].concat(), right);
+        let full_row = |(k, (entries, right)): (usize, (&[f64], Point<D>))| {
+            ([&vec![0.0; k], entries].concat(), right)
+        };
         let (rows, right) = problem.reduced().enumerate().map(full_row).unzip();
         Ok(Reduced { rows, right })
     }
@@ -64,7 +75,10 @@ impl<const D: usize> Reduced<D> {
     pub(super) fn blocks(&self) -> impl Iterator<Item = Block<D>> {
         self.rows.chunks(LANES).zip(self.right.chunks(LANES)).map(|(rows, right)| {
             let mut block = Block::zeros(self.rows.len());
-            rows.iter().zip(right).enumerate().for_each(|(l, (row, &right))| block.put(l, 0, row, right, 1.0));
+            rows.iter()
+                .zip(right)
+                .enumerate()
+                .for_each(|(l, (row, &right))| block.put(l, 0, row, right, 1.0));
             block
         })
     }
@@ -118,7 +132,8 @@ pub(super) fn solve_for_control_points<const D: usize>(
     let mut problem = LeastSquares::dense(unknown);
     for block in blocks {
         context.checkpoint()?;
-        let columns = if is_identity { block.columns } else { control_columns(&block.columns, matrix) };
+        let columns =
+            if is_identity { block.columns } else { control_columns(&block.columns, matrix) };
         let mut block = Block { columns, right: block.right };
         if let Some((first, last)) = fixed {
             block.settle(0, first);
@@ -146,10 +161,17 @@ fn control_columns(bezier: &[Column], matrix: &ShapeMatrix) -> Vec<Column> {
 }
 
 /// Names a deficiency by what causes it: too few parameters, or rounding.
-pub(super) fn deficiency(deficient: Deficient, parameters: usize, unknown: &str, advice: &str) -> Fault {
+pub(super) fn deficiency(
+    deficient: Deficient,
+    parameters: usize,
+    unknown: &str,
+    advice: &str,
+) -> Fault {
     let Deficient { rank, columns } = deficient;
     let cause = if parameters < columns {
-        format!("the points have {parameters} distinct parameters that bear on {columns} unknown {unknown}")
+        format!(
+            "the points have {parameters} distinct parameters that bear on {columns} unknown {unknown}"
+        )
     } else {
         format!("up to rounding, the points determine only {rank} of {columns} unknown {unknown}")
     };

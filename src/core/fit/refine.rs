@@ -8,18 +8,23 @@ use crate::core::error::{Error, Fault, at_most};
 
 /// After so many rounds every segment is split, so that the rounds that follow are few.
 const PATIENCE: usize = 40;
-/// Places a segment spans before it is split, as long as others can be: two halves with a place inside each.
+/// Places a segment spans before it is split, as long as others can be: two halves with a place
+/// inside each.
 const ROOMY: usize = 4;
 /// Places a segment must span for a place to be inside it.
 const TIGHT: usize = 2;
 /// Lengths this close, relative to the segment, differ by rounding.
 const TIE: f64 = 1e-9;
 
-/// The first spline on a path from one segment to interpolation that holds, and how many splines were
-/// tried; a curve through the points where no other does.
+/// The first spline on a path from one segment to interpolation that holds, and how many splines
+/// were tried; a curve through the points where no other does.
 ///
-/// A segment with a point too far off, or a stretch that strays, is split at the place in the middle of its points.
-pub(super) fn refine<const D: usize>(context: &Context, problem: &Problem<D>) -> Result<(Spline<D>, usize), Error> {
+/// A segment with a point too far off, or a stretch that strays, is split at the place in the
+/// middle of its points.
+pub(super) fn refine<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+) -> Result<(Spline<D>, usize), Error> {
     let mut joints = vec![0, problem.ordered.stretches()];
     let mut rounds = 1;
     while let Some(spline) = at_places(context, problem, &joints)? {
@@ -27,7 +32,10 @@ pub(super) fn refine<const D: usize>(context: &Context, problem: &Problem<D>) ->
         if !violated.contains(&true) {
             return Ok((spline, rounds));
         }
-        let Some(more) = more_joints(problem, &joints, &spline, violated, rounds >= PATIENCE) else { break };
+        let Some(more) = more_joints(problem, &joints, &spline, violated, rounds >= PATIENCE)
+        else {
+            break;
+        };
         joints = more;
         rounds += 1;
     }
@@ -35,9 +43,14 @@ pub(super) fn refine<const D: usize>(context: &Context, problem: &Problem<D>) ->
 }
 
 /// Interpolation: not-a-knot where that holds, which leaves room to take joints out of it.
-fn through_points<const D: usize>(context: &Context, problem: &Problem<D>, rounds: usize) -> Result<(Spline<D>, usize), Error> {
+fn through_points<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+    rounds: usize,
+) -> Result<(Spline<D>, usize), Error> {
     if problem.ordered.places.len() > 3
-        && let Some(spline) = at_places(context, problem, &not_a_knot(problem.ordered.places.len()))?
+        && let Some(spline) =
+            at_places(context, problem, &not_a_knot(problem.ordered.places.len()))?
         && problem.holds(context, &spline)?
     {
         return Ok((spline, rounds));
@@ -49,19 +62,30 @@ fn through_points<const D: usize>(context: &Context, problem: &Problem<D>, round
 }
 
 /// The least-squares spline with joints at these places.
-fn at_places<const D: usize>(context: &Context, problem: &Problem<D>, joints: &[usize]) -> Result<Option<Spline<D>>, Error> {
+fn at_places<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+    joints: &[usize],
+) -> Result<Option<Spline<D>>, Error> {
     check_size(context, joints.len() - 1)?;
     let breaks: Vec<f64> = joints.iter().map(|&place| problem.ordered.places[place]).collect();
     problem.spline(context, &breaks)
 }
 
-/// Refuses a spline of more segments than a curve may have, also where some could be left out again:
-/// the limits bound the work as well.
+/// Refuses a spline of more segments than a curve may have, also where some could be left out
+/// again: the limits bound the work as well.
 fn check_size(context: &Context, segments: usize) -> Result<(), Error> {
     const ADVICE: &str = "Raise the tolerance, or fit the points in parts";
     let limits = &context.limits;
     at_most("segments on the way to this tolerance", segments, limits.segments, ADVICE)
-        .and_then(|()| at_most("control points on the way to this tolerance", 3 * segments + 1, limits.control_points, ADVICE))
+        .and_then(|()| {
+            at_most(
+                "control points on the way to this tolerance",
+                3 * segments + 1,
+                limits.control_points,
+                ADVICE,
+            )
+        })
         .map_err(|fault: Fault| fault.at("tolerance").at("solve"))
 }
 
@@ -82,19 +106,28 @@ fn more_joints<const D: usize>(
     let every = vec![true; joints.len() - 1];
     let violated = if all { every.clone() } else { violated };
     let ways = [(&violated, ROOMY), (&violated, TIGHT), (&every, TIGHT)];
-    let finer = ways.into_iter().map(|(marked, least)| split(problem, joints, spline, marked, least));
+    let finer =
+        ways.into_iter().map(|(marked, least)| split(problem, joints, spline, marked, least));
     let more = finer.into_iter().find(|finer| finer.len() > joints.len());
     Some(more.filter(|joints| joints.len() <= most).unwrap_or_else(|| not_a_knot(places)))
 }
 
-/// Joints at all places but the second and the last but one: as many coefficients as places. With a joint there
-/// too, what an end does would be determined from the other end, by way of all joints, which multiplies errors by four for each.
+/// Joints at all places but the second and the last but one: as many coefficients as places. With a
+/// joint there too, what an end does would be determined from the other end, by way of all joints,
+/// which multiplies errors by four for each.
 fn not_a_knot(places: usize) -> Vec<usize> {
     std::iter::once(0).chain(2..places - 2).chain(std::iter::once(places - 1)).collect()
 }
 
-/// A new joint in the middle of each marked segment that is long enough, but none right beside an end of the curve.
-fn split<const D: usize>(problem: &Problem<D>, joints: &[usize], spline: &Spline<D>, marked: &[bool], least: usize) -> Vec<usize> {
+/// A new joint in the middle of each marked segment that is long enough, but none right beside an
+/// end of the curve.
+fn split<const D: usize>(
+    problem: &Problem<D>,
+    joints: &[usize],
+    spline: &Spline<D>,
+    marked: &[bool],
+    least: usize,
+) -> Vec<usize> {
     let last = problem.ordered.stretches();
     let mut finer = Vec::with_capacity(2 * joints.len());
     for (ends, &marked) in joints.windows(2).zip(marked) {
@@ -112,7 +145,12 @@ fn split<const D: usize>(problem: &Problem<D>, joints: &[usize], spline: &Spline
 
 /// The place in the middle; of two, the one nearer to the middle parameter, or else with the larger
 /// distance: rules that do not depend on which end is first.
-fn middle<const D: usize>(problem: &Problem<D>, spline: &Spline<D>, first: usize, last: usize) -> usize {
+fn middle<const D: usize>(
+    problem: &Problem<D>,
+    spline: &Spline<D>,
+    first: usize,
+    last: usize,
+) -> usize {
     let (low, high) = ((first + last) / 2, (first + last).div_ceil(2));
     let ordered = &problem.ordered;
     let places = &ordered.places;

@@ -41,9 +41,20 @@ pub(super) fn solver<const D: usize>(
 }
 
 /// A polygon a segment may have, that ends where the curve must end.
-fn check_polygon<const D: usize>(context: &Context, polygon: &[Point<D>], data: &Data<D>) -> Result<(), Error> {
+fn check_polygon<const D: usize>(
+    context: &Context,
+    polygon: &[Point<D>],
+    data: &Data<D>,
+) -> Result<(), Error> {
     valid_points(context, polygon, 2)
-        .and_then(|()| Ok(at_most("control points", polygon.len(), context.limits.degree + 1, "Use several segments of lower order")?))
+        .and_then(|()| {
+            Ok(at_most(
+                "control points",
+                polygon.len(),
+                context.limits.degree + 1,
+                "Use several segments of lower order",
+            )?)
+        })
         .at("control_points")
         .at("solve")?;
     let ends = Some((polygon[0], polygon[polygon.len() - 1]));

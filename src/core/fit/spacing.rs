@@ -5,7 +5,8 @@ use super::problem::Problem;
 use super::spline::Spline;
 use crate::core::curve::Composite;
 
-/// The least part of the largest share that a segment counts for, so that no stretch is left without joints.
+/// The least part of the largest share that a segment counts for, so that no stretch is left
+/// without joints.
 const LEAST: f64 = 1e-3;
 
 /// A share for each part of the domain: joints divide the whole evenly.
@@ -24,11 +25,14 @@ impl Spacing {
 
     /// Equal numbers of places.
     pub(super) fn places<const D: usize>(ordered: &Ordered<D>) -> Self {
-        Spacing { parts: ordered.places.clone(), sums: (0..ordered.places.len()).map(|i| i as f64).collect() }
+        Spacing {
+            parts: ordered.places.clone(),
+            sums: (0..ordered.places.len()).map(|i| i as f64).collect(),
+        }
     }
 
-    /// By the fourth root of the fourth derivative, on which the error of the best cubics depends, taken from the jumps
-    /// of the third (de Boor, A Practical Guide to Splines, XII, `NEWNOT`).
+    /// By the fourth root of the fourth derivative, on which the error of the best cubics depends,
+    /// taken from the jumps of the third (de Boor, A Practical Guide to Splines, XII, `NEWNOT`).
     pub(super) fn by_jumps<const D: usize>(composite: &Composite<D>) -> Self {
         let breaks = composite.breaks().as_slice();
         let third = |k: usize| {
@@ -37,7 +41,9 @@ impl Spacing {
         };
         let last = breaks.len() - 2;
         // Half the jump over the distance of the middles, at each joint.
-        let fourth = |joint: usize| (third(joint) - third(joint - 1)).norm() / (breaks[joint + 1] - breaks[joint - 1]);
+        let fourth = |joint: usize| {
+            (third(joint) - third(joint - 1)).norm() / (breaks[joint + 1] - breaks[joint - 1])
+        };
         let share = |k: usize| {
             let (before, after) = ((k > 0).then(|| fourth(k)), (k < last).then(|| fourth(k + 1)));
             let sides = before.or(after).unwrap_or(0.0) + after.or(before).unwrap_or(0.0);
@@ -57,7 +63,10 @@ impl Spacing {
             }
             errors[k] = errors[k].max(distance);
         }
-        Self::of(breaks, errors.into_iter().map(|error| (error / problem.tolerance).sqrt().sqrt()).collect())
+        Self::of(
+            breaks,
+            errors.into_iter().map(|error| (error / problem.tolerance).sqrt().sqrt()).collect(),
+        )
     }
 
     fn of(breaks: &[f64], mut shares: Vec<f64>) -> Self {

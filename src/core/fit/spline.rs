@@ -11,8 +11,9 @@ use crate::core::linear::least_squares::{Deficient, LeastSquares};
 use crate::core::point::Point;
 
 const DEGREE: usize = 3;
-/// The least part of a column of the least-squares problem that must not be in the span of those before it: room in
-/// the conditions of Schoenberg and Whitney. A B-spline with a point near its middle has a tenth or more.
+/// The least part of a column of the least-squares problem that must not be in the span of those
+/// before it: room in the conditions of Schoenberg and Whitney. A B-spline with a point near its
+/// middle has a tenth or more.
 const ROOM: f64 = 1e-6;
 
 /// A spline and how far each point is from it.
@@ -24,12 +25,17 @@ pub(super) struct Spline<const D: usize> {
 }
 
 impl<const D: usize> Spline<D> {
-    /// The least-squares C2 cubic with simple knots at these breaks, which increase strictly. O(points + breaks).
+    /// The least-squares C2 cubic with simple knots at these breaks, which increase strictly.
+    /// O(points + breaks).
     ///
     /// # Errors
     /// [`Unsolved::Deficient`] where the points do not determine it well: the conditions of Schoenberg and
     /// Whitney do not hold, or only just, or the coefficients are too large for a double.
-    pub(super) fn least_squares(context: &Context, ordered: &Ordered<D>, breaks: &[f64]) -> Result<Self, Unsolved> {
+    pub(super) fn least_squares(
+        context: &Context,
+        ordered: &Ordered<D>,
+        breaks: &[f64],
+    ) -> Result<Self, Unsolved> {
         let knots = clamped_knots(breaks);
         let count = knots.len() - DEGREE - 1;
         let data = ordered.data;
@@ -60,7 +66,12 @@ impl<const D: usize> Spline<D> {
                 }
             }
             let first = start - unknown.start;
-            problem.push(first, &row[..(DEGREE + 1).min(unknown.len() - first)], right, data.weight(i));
+            problem.push(
+                first,
+                &row[..(DEGREE + 1).min(unknown.len() - first)],
+                right,
+                data.weight(i),
+            );
         }
         let mut coefficients = problem.solve_with_room(ROOM)?;
         if let Some((start, end)) = fixed {
@@ -68,12 +79,18 @@ impl<const D: usize> Spline<D> {
             coefficients.push(end);
         }
         let value = |(first, values): &(usize, [f64; 4])| combine(values, &coefficients[*first..]);
-        let distances = rows.iter().zip(&data.points).map(|(row, &p)| value(row).distance(p)).collect();
+        let distances =
+            rows.iter().zip(&data.points).map(|(row, &p)| value(row).distance(p)).collect();
         Ok(Spline { composite: composite(context, knots, coefficients, unknown.len())?, distances })
     }
 
     /// A spline that is known. O(points + segments).
-    pub(super) fn of(context: &Context, composite: Composite<D>, data: &Data<D>, parameters: &[f64]) -> Result<Self, Error> {
+    pub(super) fn of(
+        context: &Context,
+        composite: Composite<D>,
+        data: &Data<D>,
+        parameters: &[f64],
+    ) -> Result<Self, Error> {
         let on = composite.evaluator(context)?.sample(context, parameters)?;
         let distances = context.collect(data.points.iter().zip(on).map(|(&p, q)| q.distance(p)))?;
         Ok(Spline { composite, distances })
@@ -101,7 +118,8 @@ pub(super) fn clamped_knots(breaks: &[f64]) -> Vec<f64> {
     end(breaks[0]).chain(breaks.iter().copied()).chain(end(breaks[breaks.len() - 1])).collect()
 }
 
-/// For each parameter the segment it is in, which is its first B-spline, and the values of the four there.
+/// For each parameter the segment it is in, which is its first B-spline, and the values of the four
+/// there.
 pub(super) fn rows(parameters: &[f64], breaks: &[f64], knots: &[f64]) -> Vec<(usize, [f64; 4])> {
     let last = breaks.len() - 2;
     let mut segment = 0;
@@ -114,8 +132,8 @@ pub(super) fn rows(parameters: &[f64], breaks: &[f64], knots: &[f64]) -> Vec<(us
     parameters.iter().map(row).collect()
 }
 
-/// The four cubic B-splines that do not vanish on `[knots[3], knots[4])`, by the recurrence of Cox and de Boor
-/// (The NURBS Book, algorithm A2.2); sums of non-negative numbers only.
+/// The four cubic B-splines that do not vanish on `[knots[3], knots[4])`, by the recurrence of Cox
+/// and de Boor (The NURBS Book, algorithm A2.2); sums of non-negative numbers only.
 pub(super) fn basis_values(knots: &[f64], t: f64) -> [f64; 4] {
     let mut values = [1.0, 0.0, 0.0, 0.0];
     for degree in 1..=DEGREE {

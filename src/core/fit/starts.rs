@@ -31,7 +31,8 @@ impl Warp {
     fn random(seed: usize, size: f64) -> Self {
         let waves: Vec<f64> = (1..=WAVES).map(|h| size * number(1000 * seed + h)).collect();
         let density = |u: f64| {
-            let wave = |(h, c): (usize, &f64)| c * ((h + 1) as f64 * std::f64::consts::PI * u).cos();
+            let wave =
+                |(h, c): (usize, &f64)| c * ((h + 1) as f64 * std::f64::consts::PI * u).cos();
             waves.iter().enumerate().map(wave).sum::<f64>().exp()
         };
         let mut sums = vec![0.0];
@@ -71,11 +72,21 @@ pub(super) fn hops() -> impl Iterator<Item = Warp> {
 }
 
 /// Feet and solves in turn (Hoschek 1988).
-pub(super) fn alternated<const D: usize>(context: &Context, search: &Search<D>, first: &State<D>) -> Result<Option<State<D>>, Error> {
-    let mut parameters = feet(context, &first.solved.curve.composite(context)?, search.data(), &first.parameters)?;
+pub(super) fn alternated<const D: usize>(
+    context: &Context,
+    search: &Search<D>,
+    first: &State<D>,
+) -> Result<Option<State<D>>, Error> {
+    let mut parameters =
+        feet(context, &first.solved.curve.composite(context)?, search.data(), &first.parameters)?;
     for _ in 1..ALTERNATIONS {
         let Some(state) = search.at(context, parameters)? else { return Ok(None) };
-        parameters = feet(context, &state.solved.curve.composite(context)?, search.data(), &state.parameters)?;
+        parameters = feet(
+            context,
+            &state.solved.curve.composite(context)?,
+            search.data(),
+            &state.parameters,
+        )?;
     }
     search.at(context, parameters)
 }

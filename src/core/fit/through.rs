@@ -14,7 +14,10 @@ use crate::core::point::Point;
 const ROUNDS: usize = 4;
 
 /// The line or the parabola through two or three places, as one cubic.
-pub(super) fn lowest<const D: usize>(context: &Context, ordered: &Ordered<D>) -> Result<Option<Composite<D>>, Error> {
+pub(super) fn lowest<const D: usize>(
+    context: &Context,
+    ordered: &Ordered<D>,
+) -> Result<Option<Composite<D>>, Error> {
     let (t, p) = (&ordered.places, &ordered.centres);
     let bezier = match p.len() {
         2 => vec![p[0], p[1]],
@@ -33,10 +36,14 @@ pub(super) fn lowest<const D: usize>(context: &Context, ordered: &Ordered<D>) ->
 /// A C2 cubic through the centres of all places that is near them: the natural spline, but with
 /// derivatives no longer than the chords next to them where it would stray.
 ///
-/// Such a derivative goes along the mean of the two slopes, and the second derivative there is zero. A stretch that
-/// has one gets two joints more, so that position and two derivatives at either end determine it. Where both ends have
-/// one, its control points, and so all of it, are within a third of its chord.
-pub(super) fn through<const D: usize>(context: &Context, problem: &Problem<D>) -> Result<Spline<D>, Error> {
+/// Such a derivative goes along the mean of the two slopes, and the second derivative there is
+/// zero. A stretch that has one gets two joints more, so that position and two derivatives at
+/// either end determine it. Where both ends have one, its control points, and so all of it, are
+/// within a third of its chord.
+pub(super) fn through<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+) -> Result<Spline<D>, Error> {
     let ordered = &problem.ordered;
     let mut short = vec![false; ordered.places.len()];
     let mut rounds = 0;
@@ -62,7 +69,12 @@ struct Jet<const D: usize> {
     second: Point<D>,
 }
 
-fn hermite<const D: usize>(context: &Context, ordered: &Ordered<D>, slopes: &[Point<D>], short: &[bool]) -> Result<Composite<D>, Error> {
+fn hermite<const D: usize>(
+    context: &Context,
+    ordered: &Ordered<D>,
+    slopes: &[Point<D>],
+    short: &[bool],
+) -> Result<Composite<D>, Error> {
     let jets = context.collect((0..short.len()).map(|i| jet(ordered, slopes, i, short[i])))?;
     let mut breaks = vec![ordered.places[0]];
     let mut bezier = Vec::with_capacity(4 * ordered.stretches());
@@ -73,7 +85,12 @@ fn hermite<const D: usize>(context: &Context, ordered: &Ordered<D>, slopes: &[Po
             breaks.extend([one, two]);
             bezier.extend(three_cubics(start, end, h));
         } else {
-            bezier.extend([start.point, start.point + start.first * (h / 3.0), end.point - end.first * (h / 3.0), end.point]);
+            bezier.extend([
+                start.point,
+                start.point + start.first * (h / 3.0),
+                end.point - end.first * (h / 3.0),
+                end.point,
+            ]);
         }
         breaks.push(ends[1]);
     }
@@ -88,7 +105,12 @@ fn jet<const D: usize>(ordered: &Ordered<D>, slopes: &[Point<D>], i: usize, shor
     if !short {
         // The natural spline in the stretch after the place, or at the end before it.
         let k = i.min(last - 1);
-        let bend = slope(k) * 6.0 - if i < last { slopes[i] * 4.0 + slopes[i + 1] * 2.0 } else { slopes[k] * 2.0 + slopes[i] * 4.0 };
+        let bend = slope(k) * 6.0
+            - if i < last {
+                slopes[i] * 4.0 + slopes[i + 1] * 2.0
+            } else {
+                slopes[k] * 2.0 + slopes[i] * 4.0
+            };
         let second = bend.map(|x| if i < last { x } else { -x } / (places[k + 1] - places[k]));
         return Jet { point, first: slopes[i], second };
     }
@@ -106,8 +128,8 @@ fn jet<const D: usize>(ordered: &Ordered<D>, slopes: &[Point<D>], i: usize, shor
     Jet { point, first: if first.is_finite() { first } else { Point::ZERO }, second: Point::ZERO }
 }
 
-/// The C2 cubic with two joints inside, at thirds, that has these ends: six coefficients for the knots
-/// `0 0 0 0 1/3 2/3 1 1 1 1`, as Bezier segments (knots inserted, Boehm 1980).
+/// The C2 cubic with two joints inside, at thirds, that has these ends: six coefficients for the
+/// knots `0 0 0 0 1/3 2/3 1 1 1 1`, as Bezier segments (knots inserted, Boehm 1980).
 fn three_cubics<const D: usize>(start: Jet<D>, end: Jet<D>, h: f64) -> [Point<D>; 12] {
     let c = [
         start.point,

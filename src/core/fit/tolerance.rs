@@ -15,15 +15,17 @@ use crate::core::curve::{Bases, Curve, Piecewise};
 use crate::core::error::{At, Error, Fault};
 use crate::core::point::magnitude;
 
-/// Roundings of the largest coordinate that the way from points to control points and back may leave.
+/// Roundings of the largest coordinate that the way from points to control points and back may
+/// leave.
 const ROUNDINGS: f64 = 64.0;
 
-/// A C2 piecewise cubic that comes within the tolerance of every point and stays near them in between.
+/// A C2 piecewise cubic that comes within the tolerance of every point and stays near them in
+/// between.
 ///
-/// Guaranteed: the tolerance holds on the curve as it is returned, measured afresh; and no stretch between two
-/// neighbouring places strays ([`Near`](super::near::Near)). Where `locally_minimal` is true, no single joint can be
-/// left out of it; with other joints altogether, fewer segments may still do. O(points) per trial, a bounded number
-/// of trials.
+/// Guaranteed: the tolerance holds on the curve as it is returned, measured afresh; and no stretch
+/// between two neighbouring places strays ([`Near`](super::near::Near)). Where `locally_minimal` is
+/// true, no single joint can be left out of it; with other joints altogether, fewer segments may
+/// still do. O(points) per trial, a bounded number of trials.
 pub(super) fn fit<const D: usize>(
     context: &Context,
     data: &Data<D>,
@@ -35,7 +37,9 @@ pub(super) fn fit<const D: usize>(
     let target = reachable(data, tolerance, condition).at("solve")?;
     let problem = Problem::new(context, Ordered::new(data, &parameters), target)?;
     let (spline, iterations, minimal) = found(context, &problem)?;
-    let (curve, _) = Piecewise::from_composite(context, Bases::Common(basis), 3, &spline.composite, false).at("solve")?;
+    let (curve, _) =
+        Piecewise::from_composite(context, Bases::Common(basis), 3, &spline.composite, false)
+            .at("solve")?;
     let curve = Curve::Piecewise(curve);
     let error = measure(context, &curve, &data.points, &parameters)?;
     if error.max > tolerance || error.max.is_nan() {
@@ -57,7 +61,10 @@ pub(super) fn fit<const D: usize>(
 }
 
 /// A spline that holds, after how many trials, and whether no joint of it can be left out.
-fn found<const D: usize>(context: &Context, problem: &Problem<D>) -> Result<(Spline<D>, usize, bool), Error> {
+fn found<const D: usize>(
+    context: &Context,
+    problem: &Problem<D>,
+) -> Result<(Spline<D>, usize, bool), Error> {
     let (ordered, tolerance) = (&problem.ordered, problem.tolerance);
     if let Some(lowest) = lowest(context, ordered)? {
         let spline = Spline::of(context, lowest, ordered.data, ordered.parameters)?;
@@ -76,7 +83,9 @@ fn found<const D: usize>(context: &Context, problem: &Problem<D>) -> Result<(Spl
 fn reachable<const D: usize>(data: &Data<D>, tolerance: f64, condition: f64) -> Result<f64, Error> {
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         let allowed = "a finite tolerance > 0".into();
-        return Err(Fault::OutOfRange { what: "tolerance", value: tolerance, allowed }.at("tolerance"));
+        return Err(
+            Fault::OutOfRange { what: "tolerance", value: tolerance, allowed }.at("tolerance")
+        );
     }
     let slack = ROUNDINGS * f64::EPSILON * magnitude(&data.points) * condition;
     if tolerance <= 2.0 * slack {
@@ -86,7 +95,6 @@ fn reachable<const D: usize>(data: &Data<D>, tolerance: f64, condition: f64) -> 
 }
 
 fn not_met(tolerance: f64, best: f64, segments: usize) -> Error {
-    let advice =
-        "Points that share a parameter cannot all be met: give different parameters, drop repeated ones, or use a larger tolerance";
+    let advice = "Points that share a parameter cannot all be met: give different parameters, drop repeated ones, or use a larger tolerance";
     Fault::ToleranceNotMet { tolerance, best, segments, advice }.at("tolerance").at("solve")
 }

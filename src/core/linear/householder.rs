@@ -9,7 +9,8 @@ use crate::core::point::{Point, is_safe, larger, length};
 /// One number of each equation.
 pub type Column = [f64; LANES];
 
-/// Equations side by side: `columns[k][l]` is the coefficient of unknown `k` in equation `l`. Equations of zeros change nothing.
+/// Equations side by side: `columns[k][l]` is the coefficient of unknown `k` in equation `l`.
+/// Equations of zeros change nothing.
 #[derive(Debug, Clone)]
 pub struct Block<const D: usize> {
     pub(crate) columns: Vec<Column>,
@@ -22,10 +23,21 @@ impl<const D: usize> Block<D> {
         Block { columns: vec![[0.0; LANES]; columns], right: [[0.0; LANES]; D] }
     }
 
-    /// Writes the equation `sum_k coefficients[k] x[first + k] = right` with a weight that is not negative.
-    pub fn put(&mut self, l: usize, first: usize, coefficients: &[f64], right: Point<D>, weight: f64) {
+    /// Writes the equation `sum_k coefficients[k] x[first + k] = right` with a weight that is not
+    /// negative.
+    pub fn put(
+        &mut self,
+        l: usize,
+        first: usize,
+        coefficients: &[f64],
+        right: Point<D>,
+        weight: f64,
+    ) {
         let root = weight.sqrt();
-        self.columns[first..].iter_mut().zip(coefficients).for_each(|(column, c)| column[l] = c * root);
+        self.columns[first..]
+            .iter_mut()
+            .zip(coefficients)
+            .for_each(|(column, c)| column[l] = c * root);
         self.right.iter_mut().zip(right.0).for_each(|(column, x)| column[l] = x * root);
     }
 
@@ -45,19 +57,29 @@ impl<const D: usize> Block<D> {
     }
 }
 
-/// Reflects the equations into those of a triangle, `columns` entries for each of its rows from the diagonal on, so that nothing of
-/// them is left: the same sums of squares in as many equations as unknowns (Householder 1958; Golub and Van Loan, Matrix
-/// Computations, 5.1 and 5.2.2; rows a block at a time after Lawson and Hanson 1974, chapter 27).
+/// Reflects the equations into those of a triangle, `columns` entries for each of its rows from the
+/// diagonal on, so that nothing of them is left: the same sums of squares in as many equations as
+/// unknowns (Householder 1958; Golub and Van Loan, Matrix Computations, 5.1 and 5.2.2; rows a block
+/// at a time after Lawson and Hanson 1974, chapter 27).
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-pub(crate) fn absorb<const D: usize>(triangle: &mut [f64], right: &mut [Point<D>], block: &mut Block<D>) {
+pub(crate) fn absorb<const D: usize>(
+    triangle: &mut [f64],
+    right: &mut [Point<D>],
+    block: &mut Block<D>,
+) {
     let mut columns = block.columns.as_mut_slice();
     for (row, right) in triangle.chunks_exact_mut(right.len().max(1)).zip(right) {
         let ([first, row @ ..], [column, later @ ..]) = (row, columns) else { return };
         if let Some(share) = reflector(first, column) {
             let count = row.len().min(later.len());
-            let ((tops, top), (others, other)) = (row[..count].as_chunks_mut(), later[..count].as_chunks_mut());
-            tops.iter_mut().zip(others).for_each(|(tops, others)| reflect::<TOGETHER>(column, share, tops, others));
-            top.iter_mut().zip(other).for_each(|(top, other)| reflect(column, share, from_mut(top), from_mut(other)));
+            let ((tops, top), (others, other)) =
+                (row[..count].as_chunks_mut(), later[..count].as_chunks_mut());
+            tops.iter_mut()
+                .zip(others)
+                .for_each(|(tops, others)| reflect::<TOGETHER>(column, share, tops, others));
+            top.iter_mut()
+                .zip(other)
+                .for_each(|(top, other)| reflect(column, share, from_mut(top), from_mut(other)));
             reflect(column, share, &mut right.0, &mut block.right);
         }
         columns = later;
@@ -67,8 +89,8 @@ pub(crate) fn absorb<const D: usize>(triangle: &mut [f64], right: &mut [Point<D>
 /// So many columns are reflected at once, so that none waits for the sum of another.
 const TOGETHER: usize = 4;
 
-/// The vector `(1, column)` and the factor of the reflection that makes `column` vanish under `top`: no entry is larger than 1.
-/// `None` where it is zero already.
+/// The vector `(1, column)` and the factor of the reflection that makes `column` vanish under
+/// `top`: no entry is larger than 1. `None` where it is zero already.
 #[inline(always)]
 fn reflector(top: &mut f64, column: &mut Column) -> Option<f64> {
     let [square] = dots(column, from_ref(column));
@@ -76,7 +98,8 @@ fn reflector(top: &mut f64, column: &mut Column) -> Option<f64> {
         return None;
     }
     let all = square + *top * *top;
-    let length = if is_safe(all) { all.sqrt() } else { length(column.iter().copied().chain([*top])) };
+    let length =
+        if is_safe(all) { all.sqrt() } else { length(column.iter().copied().chain([*top])) };
     let image = -length.copysign(*top);
     let divisor = *top - image;
     if is_safe(all) {
@@ -91,7 +114,12 @@ fn reflector(top: &mut f64, column: &mut Column) -> Option<f64> {
 }
 
 #[inline(always)]
-fn reflect<const N: usize>(column: &Column, share: f64, tops: &mut [f64; N], others: &mut [Column; N]) {
+fn reflect<const N: usize>(
+    column: &Column,
+    share: f64,
+    tops: &mut [f64; N],
+    others: &mut [Column; N],
+) {
     let sums = dots(column, others);
     for ((top, other), sum) in tops.iter_mut().zip(others).zip(sums) {
         let along = share * (*top + sum);
@@ -109,7 +137,8 @@ pub(crate) fn dots<const N: usize>(a: &Column, others: &[Column; N]) -> [f64; N]
             *sums = std::array::from_fn(|l| sums[l] + a[i + l] * b[i + l]);
         }
     }
-    // What is done with the sums is not to change how they are summed: the compiler would shuffle every register for it.
+    // What is done with the sums is not to change how they are summed: the compiler would shuffle
+    // every register for it.
     let sums = black_box(sums);
     sums.map(|sums| {
         let [a, b, c, d]: [f64; 4] = std::array::from_fn(|l| sums[l] + sums[l + 4]);
@@ -122,10 +151,14 @@ pub(crate) const BAND: usize = 4;
 /// An equation within a band: its coefficients, and its right-hand sides from [`BAND`] on.
 pub(crate) type Row = [f64; 2 * BAND];
 
-/// The same for equations whose coefficients lie within the first [`BAND`] columns of a triangle of that band, all sides of an equation
-/// in one register.
+/// The same for equations whose coefficients lie within the first [`BAND`] columns of a triangle of
+/// that band, all sides of an equation in one register.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-pub(crate) fn absorb_rows<const D: usize>(triangle: &mut [[f64; BAND]], right: &mut [Point<D>], rows: &mut [Row]) {
+pub(crate) fn absorb_rows<const D: usize>(
+    triangle: &mut [[f64; BAND]],
+    right: &mut [Point<D>],
+    rows: &mut [Row],
+) {
     const { assert!(D <= BAND) };
     for (j, (pivot, right)) in triangle.iter_mut().zip(right).enumerate().take(BAND) {
         let largest = rows.iter().fold(0.0, |largest, row| larger(largest, row[j].abs()));

@@ -20,7 +20,8 @@ impl<const D: usize> Lanes<D> {
         Lanes { u: [0.0; LANES], v: [0.0; LANES], power: [0.0; LANES], sum: [[0.0; LANES]; D] }
     }
 
-    /// The parameters of an interval in that of its segment, as [`Breaks::local`](crate::core::knots::Breaks::local) has them.
+    /// The parameters of an interval in that of its segment, as
+    /// [`Breaks::local`](crate::core::knots::Breaks::local) has them.
     #[inline(always)]
     fn place(&mut self, (a, b): (f64, f64), parameters: &[f64]) {
         let length = b - a;
@@ -37,7 +38,12 @@ impl<const D: usize> Lanes<D> {
     #[inline(always)]
     fn start<const N: usize>(&mut self, count: usize, first: Point<D>, scaled: [Point<D>; N]) {
         for l in 0..count.min(LANES) {
-            self.put(l, scaled.iter().fold((first, 1.0), |here, &next| step(here, next, self.u[l], self.v[l])));
+            self.put(
+                l,
+                scaled
+                    .iter()
+                    .fold((first, 1.0), |here, &next| step(here, next, self.u[l], self.v[l])),
+            );
         }
     }
 
@@ -46,7 +52,10 @@ impl<const D: usize> Lanes<D> {
     fn advance(&mut self, count: usize, scaled: [Point<D>; 4]) {
         for l in 0..count.min(LANES) {
             let here = (Point(std::array::from_fn(|k| self.sum[k][l])), self.power[l]);
-            self.put(l, scaled.iter().fold(here, |here, &next| step(here, next, self.u[l], self.v[l])));
+            self.put(
+                l,
+                scaled.iter().fold(here, |here, &next| step(here, next, self.u[l], self.v[l])),
+            );
         }
     }
 
@@ -67,8 +76,10 @@ pub(crate) struct Place<const D: usize> {
     pub(crate) interval: (f64, f64),
 }
 
-/// Appends the points at up to [`LANES`] parameters of an interval, each with the bits that [`horner`](crate::core::bezier_form::horner) gives
-/// it, times the unit, from the origin. The widest registers of the processor change no bit: every lane takes the same steps, and none is fused.
+/// Appends the points at up to [`LANES`] parameters of an interval, each with the bits that
+/// [`horner`](crate::core::bezier_form::horner) gives it, times the unit, from the origin. The
+/// widest registers of the processor change no bit: every lane takes the same steps, and none is
+/// fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 pub(crate) fn extend<const D: usize>(
     points: &mut Vec<Point<D>>,
@@ -96,7 +107,8 @@ pub(crate) fn extend<const D: usize>(
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 pub(crate) fn uniform(a: f64, b: f64, count: u32) -> Vec<f64> {
     let last = f64::from(count - 1);
-    let mut values: Vec<f64> = (0..count).map(|i| smaller(a + (b - a) * (f64::from(i) / last), b)).collect();
+    let mut values: Vec<f64> =
+        (0..count).map(|i| smaller(a + (b - a) * (f64::from(i) / last), b)).collect();
     values[count as usize - 1] = b;
     values
 }
@@ -114,7 +126,8 @@ pub(crate) fn are_finite(values: &[f64]) -> bool {
     values.iter().fold(true, |finite, value| finite & value.is_finite())
 }
 
-/// The values of the Bernstein polynomials at each `u` (with `v = 1 - u`), as [`bernstein`](crate::core::bezier_form::bernstein) has them.
+/// The values of the Bernstein polynomials at each `u` (with `v = 1 - u`), as
+/// [`bernstein`](crate::core::bezier_form::bernstein) has them.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 pub(crate) fn bernstein(degree: usize, u: &[f64; LANES], v: &[f64; LANES]) -> Vec<[f64; LANES]> {
     let mut values: Vec<_> = binomials(degree).iter().map(|&b| [b; LANES]).collect();

@@ -26,8 +26,9 @@ pub(crate) struct Change {
     pub worst: usize,
 }
 
-/// Conditions scaled to length 1 and ordered along the curve: variables of one segment occur in those of two
-/// neighbouring joints only, so their Gram matrix has a band; the last ones, of a closed curve's seam, border it.
+/// Conditions scaled to length 1 and ordered along the curve: variables of one segment occur in
+/// those of two neighbouring joints only, so their Gram matrix has a band; the last ones, of a
+/// closed curve's seam, border it.
 struct System {
     conditions: Vec<Condition>,
     /// For each variable, the conditions it occurs in.
@@ -36,7 +37,8 @@ struct System {
     width: usize,
 }
 
-/// Cholesky factors `L D L^T` of the band of the Gram matrix, and the Schur complement of its border.
+/// Cholesky factors `L D L^T` of the band of the Gram matrix, and the Schur complement of its
+/// border.
 struct Factors {
     /// `lower[i][k]` belongs to row `i`, column `i - 1 - k`.
     lower: Vec<Vec<f64>>,
@@ -52,9 +54,15 @@ struct Factors {
 /// Pivots of unit conditions below this belong to dependent ones.
 const DEPENDENT: f64 = 1e-13;
 
-/// The change of least sum of squares that meets the conditions, of which the last `seam` may couple both ends.
-/// O(conditions * band^2). Dependent conditions are left out; `violation` tells whether they hold all the same.
-pub(crate) fn least_change(context: &Context, variables: usize, conditions: Vec<Condition>, seam: usize) -> Result<Change, Error> {
+/// The change of least sum of squares that meets the conditions, of which the last `seam` may
+/// couple both ends. O(conditions * band^2). Dependent conditions are left out; `violation` tells
+/// whether they hold all the same.
+pub(crate) fn least_change(
+    context: &Context,
+    variables: usize,
+    conditions: Vec<Condition>,
+    seam: usize,
+) -> Result<Change, Error> {
     let system = System::new(context, variables, conditions, seam)?;
     let factors = system.factor(context)?;
     let mut values = vec![0.0; variables];
@@ -69,12 +77,22 @@ pub(crate) fn least_change(context: &Context, variables: usize, conditions: Vec<
         }
     }
     let violations = system.residual(context, &values)?;
-    let worst = (0..violations.len()).max_by(|&a, &b| violations[a].abs().total_cmp(&violations[b].abs()));
-    Ok(Change { violation: worst.map_or(0.0, |i| violations[i].abs()), worst: worst.unwrap_or(0), values })
+    let worst =
+        (0..violations.len()).max_by(|&a, &b| violations[a].abs().total_cmp(&violations[b].abs()));
+    Ok(Change {
+        violation: worst.map_or(0.0, |i| violations[i].abs()),
+        worst: worst.unwrap_or(0),
+        values,
+    })
 }
 
 impl System {
-    fn new(context: &Context, variables: usize, mut conditions: Vec<Condition>, seam: usize) -> Result<Self, Error> {
+    fn new(
+        context: &Context,
+        variables: usize,
+        mut conditions: Vec<Condition>,
+        seam: usize,
+    ) -> Result<Self, Error> {
         let banded = conditions.len() - seam;
         let mut columns = vec![Vec::new(); variables];
         let mut pace = context.pace();
@@ -98,7 +116,8 @@ impl System {
     }
 
     fn residual(&self, context: &Context, values: &[f64]) -> Result<Vec<f64>, Error> {
-        let rest = |c: &Condition| c.right - c.terms.iter().map(|&(v, c)| c * values[v]).sum::<f64>();
+        let rest =
+            |c: &Condition| c.right - c.terms.iter().map(|&(v, c)| c * values[v]).sum::<f64>();
         context.collect(self.conditions.iter().map(rest))
     }
 
@@ -133,54 +152,88 @@ impl System {
             for j in i.saturating_sub(width)..i {
                 // lower[i] holds L D until its row is done.
                 let from = i.saturating_sub(width).max(j.saturating_sub(width));
-                let dot: f64 = (from..j).map(|k| lower[i][width - (i - k)] * reciprocal[k] * lower[j][width - (j - k)]).sum();
+                let dot: f64 = (from..j)
+                    .map(|k| lower[i][width - (i - k)] * reciprocal[k] * lower[j][width - (j - k)])
+                    .sum();
                 lower[i][width - (i - j)] -= dot;
             }
-            let squares: f64 = (i.saturating_sub(width)..i).map(|k| lower[i][width - (i - k)].powi(2) * reciprocal[k]).sum();
+            let squares: f64 = (i.saturating_sub(width)..i)
+                .map(|k| lower[i][width - (i - k)].powi(2) * reciprocal[k])
+                .sum();
             let pivot = lower[i][width] - squares;
             reciprocal[i] = if pivot > DEPENDENT { 1.0 / pivot } else { 0.0 };
         }
         let seam = border.ncols();
-        let coupling: Vec<Vec<f64>> = (0..seam).map(|s| border.column(s).iter().copied().take(self.banded).collect()).collect();
-        let mut factors = Factors { lower, reciprocal, coupling, border: Vec::new(), complement: DMatrix::zeros(seam, seam) };
-        factors.border =
-            factors.coupling.iter().map(|column| self.solve_band(context, &factors, column.clone())).collect::<Result<_, _>>()?;
-        factors.complement =
-            DMatrix::from_fn(seam, seam, |r, s| border[(self.banded + r, s)] - dot(&factors.coupling[r], &factors.border[s]));
+        let coupling: Vec<Vec<f64>> = (0..seam)
+            .map(|s| border.column(s).iter().copied().take(self.banded).collect())
+            .collect();
+        let mut factors = Factors {
+            lower,
+            reciprocal,
+            coupling,
+            border: Vec::new(),
+            complement: DMatrix::zeros(seam, seam),
+        };
+        factors.border = factors
+            .coupling
+            .iter()
+            .map(|column| self.solve_band(context, &factors, column.clone()))
+            .collect::<Result<_, _>>()?;
+        factors.complement = DMatrix::from_fn(seam, seam, |r, s| {
+            border[(self.banded + r, s)] - dot(&factors.coupling[r], &factors.border[s])
+        });
         Ok(factors)
     }
 
     /// Solves with the band alone.
-    fn solve_band(&self, context: &Context, factors: &Factors, mut right: Vec<f64>) -> Result<Vec<f64>, Error> {
+    fn solve_band(
+        &self,
+        context: &Context,
+        factors: &Factors,
+        mut right: Vec<f64>,
+    ) -> Result<Vec<f64>, Error> {
         let width = self.width;
         let mut pace = context.pace();
         for i in 0..right.len() {
             pace.step()?;
-            let dot: f64 = (i.saturating_sub(width)..i).map(|k| factors.lower[i][width - (i - k)] * factors.reciprocal[k] * right[k]).sum();
+            let dot: f64 = (i.saturating_sub(width)..i)
+                .map(|k| factors.lower[i][width - (i - k)] * factors.reciprocal[k] * right[k])
+                .sum();
             right[i] -= dot;
         }
         for i in (0..right.len()).rev() {
             pace.step()?;
-            let above: f64 = (i + 1..right.len().min(i + width + 1)).map(|k| factors.lower[k][width - (k - i)] * right[k]).sum();
+            let above: f64 = (i + 1..right.len().min(i + width + 1))
+                .map(|k| factors.lower[k][width - (k - i)] * right[k])
+                .sum();
             right[i] = (right[i] - above) * factors.reciprocal[i];
         }
         Ok(right)
     }
 
     /// Solves with the whole Gram matrix.
-    fn solve(&self, context: &Context, factors: &Factors, mut right: Vec<f64>) -> Result<Vec<f64>, Error> {
+    fn solve(
+        &self,
+        context: &Context,
+        factors: &Factors,
+        mut right: Vec<f64>,
+    ) -> Result<Vec<f64>, Error> {
         let seam = right.split_off(self.banded);
         let band = self.solve_band(context, factors, right)?;
         if seam.is_empty() {
             return Ok(band);
         }
         // C^T (band solution) = (border solution)^T (band right side), as the band is symmetric.
-        let rest = seam.iter().zip(&factors.coupling).map(|(right, column)| right - dot(column, &band));
+        let rest =
+            seam.iter().zip(&factors.coupling).map(|(right, column)| right - dot(column, &band));
         let rest = DVector::from_iterator(seam.len(), rest);
         // Dependent conditions of the seam are left out, as those of the band are.
-        let outer = decomposed(factors.complement.clone(), true).and_then(|svd| svd.solve(&rest, DEPENDENT).ok());
+        let outer = decomposed(factors.complement.clone(), true)
+            .and_then(|svd| svd.solve(&rest, DEPENDENT).ok());
         let outer = outer.unwrap_or_else(|| DVector::zeros(seam.len()));
-        let through = |i: usize| factors.border.iter().zip(&outer).map(|(column, x)| column[i] * x).sum::<f64>();
+        let through = |i: usize| {
+            factors.border.iter().zip(&outer).map(|(column, x)| column[i] * x).sum::<f64>()
+        };
         let inner = band.iter().enumerate().map(|(i, x)| x - through(i));
         Ok(inner.chain(outer.iter().copied()).collect())
     }
@@ -209,7 +262,12 @@ mod tests {
     }
 
     fn chain(count: usize) -> Vec<Condition> {
-        let link = |i: usize| condition(&[(2 * i, 1.0), (2 * i + 1, -2.0), (2 * i + 2, 0.5), (2 * i + 3, 3.0)], i as f64 - 1.5);
+        let link = |i: usize| {
+            condition(
+                &[(2 * i, 1.0), (2 * i + 1, -2.0), (2 * i + 2, 0.5), (2 * i + 3, 3.0)],
+                i as f64 - 1.5,
+            )
+        };
         (0..count).map(link).collect()
     }
 
@@ -223,8 +281,13 @@ mod tests {
             }
             let change = least_change(&Context::default(), 14, conditions.clone(), seam).unwrap();
             let expected = by_pseudo_inverse(14, &conditions);
-            let apart = change.values.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(apart < 1e-13 && change.violation < 1e-14, "seam {seam}: {apart:e}, {:e}", change.violation);
+            let apart =
+                change.values.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(
+                apart < 1e-13 && change.violation < 1e-14,
+                "seam {seam}: {apart:e}, {:e}",
+                change.violation
+            );
         }
     }
 
@@ -236,6 +299,9 @@ mod tests {
         let change = least_change(&Context::default(), 2, other.to_vec(), 0).unwrap();
         assert_eq!(change.worst, 1);
         assert!(change.violation > 0.3);
-        assert_eq!(least_change(&Context::default(), 1, vec![condition(&[], 1.0)], 0).unwrap().violation, 1.0);
+        assert_eq!(
+            least_change(&Context::default(), 1, vec![condition(&[], 1.0)], 0).unwrap().violation,
+            1.0
+        );
     }
 }

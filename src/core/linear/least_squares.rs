@@ -1,8 +1,10 @@
 //! Linear least squares by orthogonal transformations, as rows arrive.
 //!
-//! Rows are reflected into an upper triangle `R` a block at a time: dense ones as they come, rows within a band as long as they begin in
-//! the same column (Lawson and Hanson 1974, chapter 27). A few rows, or rows that come out of order, are rotated in one by one (Givens
-//! 1958; Golub and Van Loan, Matrix Computations, 5.2.5). The normal equations, which would square the condition number, are never formed.
+//! Rows are reflected into an upper triangle `R` a block at a time: dense ones as they come, rows
+//! within a band as long as they begin in the same column (Lawson and Hanson 1974, chapter 27). A
+//! few rows, or rows that come out of order, are rotated in one by one (Givens 1958; Golub and Van
+//! Loan, Matrix Computations, 5.2.5). The normal equations, which would square the condition
+//! number, are never formed.
 
 use nalgebra::DMatrix;
 
@@ -15,10 +17,11 @@ use crate::core::point::{Point, length};
 /// Singular values below this many roundings of the largest, times columns, count as zero.
 const ROUNDINGS: f64 = 8.0;
 
-/// The problem `min sum_i w_i |a_i x - b_i|^2` with right-hand sides and unknowns in `D` dimensions.
+/// The problem `min sum_i w_i |a_i x - b_i|^2` with right-hand sides and unknowns in `D`
+/// dimensions.
 ///
-/// O(columns * band) memory. A row costs O(columns^2) in a dense problem; within a band O(1) where rows come in the order of their
-/// first column, and in any order O(columns).
+/// O(columns * band) memory. A row costs O(columns^2) in a dense problem; within a band O(1) where
+/// rows come in the order of their first column, and in any order O(columns).
 #[derive(Debug, Clone)]
 pub struct LeastSquares<const D: usize> {
     columns: usize,
@@ -28,7 +31,8 @@ pub struct LeastSquares<const D: usize> {
     right: Vec<Point<D>>,
     /// Dense rows that are not in the triangle yet, and how many.
     waiting: Option<(Block<D>, usize)>,
-    /// Rows within the band that are not in the triangle yet, all of which begin in one column. No row has begun in a later one.
+    /// Rows within the band that are not in the triangle yet, all of which begin in one column. No
+    /// row has begun in a later one.
     rows: Vec<Row>,
     first: usize,
 }
@@ -46,7 +50,8 @@ pub struct Deficient {
 }
 
 impl<const D: usize> LeastSquares<D> {
-    /// For rows whose coefficients lie within `band` neighbouring columns. Dense where that is more than the width of a cubic spline, or all columns.
+    /// For rows whose coefficients lie within `band` neighbouring columns. Dense where that is more
+    /// than the width of a cubic spline, or all columns.
     pub fn banded(columns: usize, band: usize) -> Self {
         let dense = band > BAND || band >= columns;
         let width = if dense { columns } else { BAND };
@@ -66,13 +71,14 @@ impl<const D: usize> LeastSquares<D> {
         Self::banded(columns, columns)
     }
 
-    /// Adds the equation `sum_k coefficients[k] x[first + k] = right` with a weight that is not negative.
-    /// At most `band` coefficients, none beyond the last column.
+    /// Adds the equation `sum_k coefficients[k] x[first + k] = right` with a weight that is not
+    /// negative. At most `band` coefficients, none beyond the last column.
     pub fn push(&mut self, first: usize, coefficients: &[f64], right: Point<D>, weight: f64) {
         if !self.dense {
             return self.push_banded(first, coefficients, right, weight);
         }
-        let (mut block, count) = self.waiting.take().unwrap_or_else(|| (Block::zeros(self.columns), 0));
+        let (mut block, count) =
+            self.waiting.take().unwrap_or_else(|| (Block::zeros(self.columns), 0));
         block.put(count, first, coefficients, right, weight);
         self.waiting = Some((block, count + 1));
         if count + 1 == LANES {
@@ -107,7 +113,11 @@ impl<const D: usize> LeastSquares<D> {
         if rows.len() < FEW {
             rows.iter().for_each(|row| self.rotate(self.first, row));
         } else {
-            absorb_rows(&mut self.triangle.as_chunks_mut().0[self.first..], &mut self.right[self.first..], &mut rows);
+            absorb_rows(
+                &mut self.triangle.as_chunks_mut().0[self.first..],
+                &mut self.right[self.first..],
+                &mut rows,
+            );
         }
         rows.clear();
         self.rows = rows;
@@ -129,7 +139,8 @@ impl<const D: usize> LeastSquares<D> {
         }
     }
 
-    /// The same problem in as many equations as unknowns: the rows of the triangle from the diagonal on, and their right-hand sides.
+    /// The same problem in as many equations as unknowns: the rows of the triangle from the
+    /// diagonal on, and their right-hand sides.
     pub fn reduced(&mut self) -> impl Iterator<Item = (&[f64], Point<D>)> {
         self.absorb_waiting();
         (0..self.columns).map(|k| (self.triangle_row(k), self.right[k]))
@@ -153,21 +164,29 @@ impl<const D: usize> LeastSquares<D> {
         self.solve_with_room(0.0)
     }
 
-    /// The same, but refused as well where the rows only just determine the unknowns: where less than the part `room` of a
-    /// column is outside the span of those before it, or, in a dense problem, a singular value is less than that part of the largest.
+    /// The same, but refused as well where the rows only just determine the unknowns: where less
+    /// than the part `room` of a column is outside the span of those before it, or, in a dense
+    /// problem, a singular value is less than that part of the largest.
     ///
     /// # Errors
     /// [`Deficient`].
     pub fn solve_with_room(&mut self, room: f64) -> Result<Vec<Point<D>>, Deficient> {
         self.absorb_waiting();
-        let rank = if self.dense { self.rank_by_singular_values(room) } else { self.rank_by_diagonal(room) };
+        let rank = if self.dense {
+            self.rank_by_singular_values(room)
+        } else {
+            self.rank_by_diagonal(room)
+        };
         if rank < self.columns {
             return Err(Deficient { rank, columns: self.columns });
         }
         let mut solution = self.right.clone();
         for k in (0..self.columns).rev() {
             let row = self.triangle_row(k);
-            let known = row[1..].iter().zip(&solution[k + 1..]).fold(solution[k], |rest, (&r, &x)| rest - x * r);
+            let known = row[1..]
+                .iter()
+                .zip(&solution[k + 1..])
+                .fold(solution[k], |rest, (&r, &x)| rest - x * r);
             solution[k] = known.map(|x| x / row[0]);
         }
         Ok(solution)
@@ -189,7 +208,10 @@ impl<const D: usize> LeastSquares<D> {
         }
         let norms: Vec<f64> = (0..self.columns).map(|j| self.column_norm(j)).collect();
         let unit = |i, j| if norms[j] > 0.0 { self.entry(i, j) / norms[j] } else { 0.0 };
-        let Some(svd) = decomposed(DMatrix::from_fn(self.columns, self.columns, unit), false) else { return 0 };
+        let Some(svd) = decomposed(DMatrix::from_fn(self.columns, self.columns, unit), false)
+        else {
+            return 0;
+        };
         let values = svd.singular_values;
         let threshold = values.max() * room.max(f64::EPSILON * ROUNDINGS * self.columns as f64);
         values.iter().filter(|&&s| s > threshold).count()
@@ -198,12 +220,19 @@ impl<const D: usize> LeastSquares<D> {
     /// `|R[k][k]|` is the part of column `k` that the columns before it do not span.
     fn rank_by_diagonal(&self, room: f64) -> usize {
         let threshold = room.max(f64::EPSILON * ROUNDINGS * self.band() as f64);
-        (0..self.columns).filter(|&k| self.entry(k, k).abs() > threshold * self.column_norm(k)).count()
+        (0..self.columns)
+            .filter(|&k| self.entry(k, k).abs() > threshold * self.column_norm(k))
+            .count()
     }
 }
 
 /// Rotates a row against one of the triangle so that its first entry vanishes.
-fn rotate<const D: usize>(pivot: &mut [f64; BAND], row: &mut [f64; BAND], known: &mut Point<D>, right: &mut Point<D>) {
+fn rotate<const D: usize>(
+    pivot: &mut [f64; BAND],
+    row: &mut [f64; BAND],
+    known: &mut Point<D>,
+    right: &mut Point<D>,
+) {
     let length = Point([pivot[0], row[0]]).norm();
     let (c, s) = (pivot[0] / length, row[0] / length);
     for (p, r) in pivot.iter_mut().zip(row) {
@@ -230,7 +259,9 @@ mod tests {
     #[test]
     fn residuals_are_orthogonal_to_every_column() {
         for (columns, band) in [(5, 5), (12, 4)] {
-            let rows: Vec<_> = (0..60).map(|i| (i * (columns - band + 1) / 60, coefficients(i, band), number(i + 7000))).collect();
+            let rows: Vec<_> = (0..60)
+                .map(|i| (i * (columns - band + 1) / 60, coefficients(i, band), number(i + 7000)))
+                .collect();
             let weight = |i: usize| 0.5 + (i % 3) as f64;
             let mut problem = LeastSquares::<1>::banded(columns, band);
             for (i, (first, a, b)) in rows.iter().enumerate() {
@@ -239,8 +270,11 @@ mod tests {
             let x = problem.solve().unwrap();
             let mut gradient = vec![0.0; columns];
             for (i, (first, a, b)) in rows.iter().enumerate() {
-                let residual = a.iter().enumerate().map(|(k, a)| a * x[first + k][0]).sum::<f64>() - b;
-                a.iter().enumerate().for_each(|(k, a)| gradient[first + k] += weight(i) * a * residual);
+                let residual =
+                    a.iter().enumerate().map(|(k, a)| a * x[first + k][0]).sum::<f64>() - b;
+                a.iter()
+                    .enumerate()
+                    .for_each(|(k, a)| gradient[first + k] += weight(i) * a * residual);
             }
             assert!(gradient.iter().all(|g| g.abs() < 1e-13), "{gradient:?}");
         }
@@ -250,7 +284,9 @@ mod tests {
     fn the_order_of_the_rows_does_not_matter() {
         let mut forward = LeastSquares::<1>::banded(9, 3);
         let mut backward = forward.clone();
-        let push = |problem: &mut LeastSquares<1>, i: usize| problem.push(i % 7, &coefficients(i, 3), Point([number(i + 50)]), 1.0);
+        let push = |problem: &mut LeastSquares<1>, i: usize| {
+            problem.push(i % 7, &coefficients(i, 3), Point([number(i + 50)]), 1.0)
+        };
         (0..40).for_each(|i| push(&mut forward, i));
         (0..40).rev().for_each(|i| push(&mut backward, i));
         let (x, y) = (forward.solve().unwrap(), backward.solve().unwrap());
@@ -265,7 +301,11 @@ mod tests {
                 let a = coefficients(i, 2);
                 problem.push(0, &a, Point([1.0]), 1.0);
             }
-            assert_eq!(problem.solve().unwrap_err(), Deficient { rank: 2, columns: 3 }, "band {band}");
+            assert_eq!(
+                problem.solve().unwrap_err(),
+                Deficient { rank: 2, columns: 3 },
+                "band {band}"
+            );
             problem.push(1, &[0.5, 1e-200], Point([0.5 + 1e-200]), 1.0);
             assert!(problem.solve().is_ok());
         }
@@ -283,7 +323,11 @@ mod tests {
                 let mut problem = LeastSquares::<1>::banded(columns, band);
                 for i in 0..150 {
                     let first = i * (columns - band + 1) / 150;
-                    let a: Vec<f64> = coefficients(i, band).iter().enumerate().map(|(k, a)| a * scale(first + k)).collect();
+                    let a: Vec<f64> = coefficients(i, band)
+                        .iter()
+                        .enumerate()
+                        .map(|(k, a)| a * scale(first + k))
+                        .collect();
                     problem.push(first, &a, Point([number(i + 900)]), weight);
                 }
                 problem.solve().unwrap()
@@ -292,7 +336,10 @@ mod tests {
             let power = |k: usize| 2f64.powi([-400, 500, 0, -200, 300][k % 5]);
             for weight in [1.0, 1e300, 1e-300] {
                 let scaled = solve(&power, weight);
-                assert!((0..columns).all(|k| (scaled[k][0] * power(k) - plain[k][0]).abs() < 1e-12), "{scaled:?}");
+                assert!(
+                    (0..columns).all(|k| (scaled[k][0] * power(k) - plain[k][0]).abs() < 1e-12),
+                    "{scaled:?}"
+                );
             }
         }
     }

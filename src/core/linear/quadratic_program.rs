@@ -1,7 +1,9 @@
 //! The convex program for the shape matrix of a Quasi-Bezier curve.
 
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
+use clarabel::solver::{
+    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT,
+};
 
 use crate::core::context::Context;
 use crate::core::point::Point;
@@ -9,7 +11,8 @@ use crate::core::point::Point;
 /// What the interior-point method is asked for; it stops earlier where it makes no more progress.
 const TOLERANCE: f64 = 1e-12;
 
-/// Where each kind of variable starts in the program's list: weights `m`, Bezier points `Q`, residuals `r`.
+/// Where each kind of variable starts in the program's list: weights `m`, Bezier points `Q`,
+/// residuals `r`.
 struct Layout {
     vertices: usize,
     bezier: usize,
@@ -50,17 +53,38 @@ pub(crate) fn convex_rows<const D: usize>(
     let residual = bezier + count * D;
     let layout = Layout { vertices, bezier, residual, variables: residual + equations.len() * D };
     let (entries, right, equalities) = constraints(equations, polygon, &layout);
-    let a = CscMatrix::new_from_triplets(right.len(), layout.variables, entries.rows, entries.columns, entries.values);
+    let a = CscMatrix::new_from_triplets(
+        right.len(),
+        layout.variables,
+        entries.rows,
+        entries.columns,
+        entries.values,
+    );
     let squares: Vec<usize> = (residual..layout.variables).collect();
-    let p = CscMatrix::new_from_triplets(layout.variables, layout.variables, squares.clone(), squares.clone(), vec![1.0; squares.len()]);
+    let p = CscMatrix::new_from_triplets(
+        layout.variables,
+        layout.variables,
+        squares.clone(),
+        squares.clone(),
+        vec![1.0; squares.len()],
+    );
     let cones = [ZeroConeT(equalities), NonnegativeConeT(bezier)];
-    let settings =
-        DefaultSettings { verbose: false, tol_gap_abs: TOLERANCE, tol_gap_rel: TOLERANCE, tol_feas: TOLERANCE, ..Default::default() };
-    let mut solver = DefaultSolver::new(&p, &vec![0.0; layout.variables], &a, &right, &cones, settings).ok()?;
+    let settings = DefaultSettings {
+        verbose: false,
+        tol_gap_abs: TOLERANCE,
+        tol_gap_rel: TOLERANCE,
+        tol_feas: TOLERANCE,
+        ..Default::default()
+    };
+    let mut solver =
+        DefaultSolver::new(&p, &vec![0.0; layout.variables], &a, &right, &cones, settings).ok()?;
     let until = context.clone();
     solver.set_termination_callback(move |_| until.checkpoint().is_err());
     solver.solve();
-    let usable = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress);
+    let usable = matches!(
+        solver.solution.status,
+        SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress
+    );
     let weights = &solver.solution.x[..bezier];
     let sound = usable && weights.chunks(vertices).all(|row| row.iter().sum::<f64>() > 0.5);
     sound.then(|| weights.chunks(vertices).map(|row| normalized(row.to_vec())).collect())
@@ -68,19 +92,28 @@ pub(crate) fn convex_rows<const D: usize>(
 
 /// `Q_i - sum_j m_ij P_j = 0`, `r_k - sum_i R_ki Q_i = -c_k`, `sum_j m_ij = 1`, and `m >= 0`:
 /// entries, right-hand sides, and how many of the rows are equalities.
-fn constraints<const D: usize>(equations: &[(Vec<f64>, Point<D>)], polygon: &[Point<D>], layout: &Layout) -> (Entries, Vec<f64>, usize) {
+fn constraints<const D: usize>(
+    equations: &[(Vec<f64>, Point<D>)],
+    polygon: &[Point<D>],
+    layout: &Layout,
+) -> (Entries, Vec<f64>, usize) {
     let mut entries = Entries::default();
     let mut right = Vec::new();
     let count = (layout.residual - layout.bezier) / D;
     for (i, axis) in (0..count).flat_map(|i| (0..D).map(move |axis| (i, axis))) {
         entries.push(right.len(), layout.bezier + i * D + axis, 1.0);
-        polygon.iter().enumerate().for_each(|(j, p)| entries.push(right.len(), i * layout.vertices + j, -p[axis]));
+        polygon
+            .iter()
+            .enumerate()
+            .for_each(|(j, p)| entries.push(right.len(), i * layout.vertices + j, -p[axis]));
         right.push(0.0);
     }
     for (k, (row, c)) in equations.iter().enumerate() {
         for axis in 0..D {
             entries.push(right.len(), layout.residual + k * D + axis, 1.0);
-            row.iter().enumerate().for_each(|(i, r)| entries.push(right.len(), layout.bezier + i * D + axis, -r));
+            row.iter()
+                .enumerate()
+                .for_each(|(i, r)| entries.push(right.len(), layout.bezier + i * D + axis, -r));
             right.push(-c[axis]);
         }
     }

@@ -9,7 +9,8 @@ use crate::core::point::Point;
 /// Where to sample.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Places {
-    /// So many equally spaced values of `u` and of `v`, ends included, each with each: `u` changes slowest.
+    /// So many equally spaced values of `u` and of `v`, ends included, each with each: `u` changes
+    /// slowest.
     Grid(usize, usize),
     /// At these pairs.
     Parameters(Vec<[f64; 2]>),
@@ -41,7 +42,8 @@ pub struct SurfaceSamples {
     pub mean_curvatures: Vec<f64>,
     /// Gaussian curvatures; 0 where undefined.
     pub gaussian_curvatures: Vec<f64>,
-    /// The samples at which `S_u` and `S_v` are parallel or vanish, within rounding: no normal, no curvature.
+    /// The samples at which `S_u` and `S_v` are parallel or vanish, within rounding: no normal, no
+    /// curvature.
     pub degenerate: Vec<usize>,
 }
 
@@ -53,7 +55,11 @@ fn jets(patch: &Patch, orders: usize) -> Vec<Patch> {
     }
     if orders >= 2 {
         let (u, v) = (jets[1].clone(), jets[2].clone());
-        jets.extend([u.derivative(Direction::U), u.derivative(Direction::V), v.derivative(Direction::V)]);
+        jets.extend([
+            u.derivative(Direction::U),
+            u.derivative(Direction::V),
+            v.derivative(Direction::V),
+        ]);
     }
     jets
 }
@@ -74,14 +80,23 @@ pub fn evaluate(
     let patch = surface.patch();
     let pairs = pairs(&patch, places).at("at")?;
     let asked = [1, 3, 6][orders] + usize::from(wanted.normal);
-    at_most("points and vectors in the answer", pairs.len() * asked, context.limits.answer_points, "Ask for fewer samples").at("at")?;
+    at_most(
+        "points and vectors in the answer",
+        pairs.len() * asked,
+        context.limits.answer_points,
+        "Ask for fewer samples",
+    )
+    .at("at")?;
     let needed = match wanted {
-        SurfaceQuantities { mean_curvature: true, .. } | SurfaceQuantities { gaussian_curvature: true, .. } => 2,
+        SurfaceQuantities { mean_curvature: true, .. }
+        | SurfaceQuantities { gaussian_curvature: true, .. } => 2,
         SurfaceQuantities { normal: true, .. } => 1,
         _ => orders,
     };
     let jets = jets(&patch, needed.max(orders));
-    let at = |jet: &Patch, &[u, v]: &[f64; 2]| jet.combine(&jet.weights(Direction::U, u), &jet.weights(Direction::V, v));
+    let at = |jet: &Patch, &[u, v]: &[f64; 2]| {
+        jet.combine(&jet.weights(Direction::U, u), &jet.weights(Direction::V, v))
+    };
     let mut lists = Vec::with_capacity(jets.len());
     for jet in &jets {
         lists.push(context.collect(pairs.iter().map(|pair| at(jet, pair)))?);
@@ -92,7 +107,14 @@ pub fn evaluate(
         let mut pace = context.pace();
         for i in 0..pairs.len() {
             pace.step()?;
-            samples.push(i, &TangentFrame::new(|k| lists.get(k).map_or(Point::ZERO, |list: &Vec<_>| list[i]), sizes), wanted);
+            samples.push(
+                i,
+                &TangentFrame::new(
+                    |k| lists.get(k).map_or(Point::ZERO, |list: &Vec<_>| list[i]),
+                    sizes,
+                ),
+                wanted,
+            );
         }
     }
     samples.parameters = pairs;
@@ -120,7 +142,11 @@ pub fn check_orders(orders: usize) -> Result<(), Fault> {
     if orders <= 2 {
         return Ok(());
     }
-    Err(Fault::OutOfRange { what: "derivatives", value: orders as f64, allowed: "0, 1 or 2".into() })
+    Err(Fault::OutOfRange {
+        what: "derivatives",
+        value: orders as f64,
+        allowed: "0, 1 or 2".into(),
+    })
 }
 
 impl Places {
@@ -129,13 +155,20 @@ impl Places {
     /// # Errors
     /// Counts out of range, each at its field.
     pub fn check(&self, context: &Context) -> Result<(), Error> {
-        let few = |count| at_most("samples", count, context.limits.samples, "Sample the surface in parts");
+        let few = |count| {
+            at_most("samples", count, context.limits.samples, "Sample the surface in parts")
+        };
         match self {
             Places::Grid(rows, columns) => {
-                both(at_least("samples", *rows, 2).at("u"), at_least("samples", *columns, 2).at("v"))?;
+                both(
+                    at_least("samples", *rows, 2).at("u"),
+                    at_least("samples", *columns, 2).at("v"),
+                )?;
                 Ok(few(rows.saturating_mul(*columns))?)
             }
-            Places::Parameters(pairs) => at_least("parameters", pairs.len(), 1).and_then(|()| few(pairs.len())).at("values"),
+            Places::Parameters(pairs) => {
+                at_least("parameters", pairs.len(), 1).and_then(|()| few(pairs.len())).at("values")
+            }
         }
     }
 }
@@ -161,25 +194,31 @@ fn pairs(patch: &Patch, places: &Places) -> Result<Vec<[f64; 2]>, Error> {
 /// Equally spaced values from end to end.
 pub(super) fn spread((a, b): (f64, f64), count: usize) -> Vec<f64> {
     let last = count - 1;
-    (0..count).map(|i| if i == last { b } else { (a + (b - a) * (i as f64 / last as f64)).min(b) }).collect()
+    (0..count)
+        .map(|i| if i == last { b } else { (a + (b - a) * (i as f64 / last as f64)).min(b) })
+        .collect()
 }
 
 /// The normal and the curvatures at one place; none where the surface has no tangent plane.
 struct TangentFrame(Option<(Point<3>, f64, f64)>);
 
 impl TangentFrame {
-    /// From the partial derivatives, numbered 1 to 5 as u, v, uu, uv, vv; the first two are compared with their sizes. Lengths are
-    /// divided out first, so that neither large nor small surfaces leave the range of doubles.
+    /// From the partial derivatives, numbered 1 to 5 as u, v, uu, uv, vv; the first two are
+    /// compared with their sizes. Lengths are divided out first, so that neither large nor small
+    /// surfaces leave the range of doubles.
     fn new(derivative: impl Fn(usize) -> Point<3>, sizes: [f64; 2]) -> Self {
         let [long_u, long_v] = [1, 2].map(|k| derivative(k).norm());
-        let (Some(u), Some(v)) = (derivative(1).unit(), derivative(2).unit()) else { return TangentFrame(None) };
+        let (Some(u), Some(v)) = (derivative(1).unit(), derivative(2).unit()) else {
+            return TangentFrame(None);
+        };
         let across = cross(u, v);
         let sine = across.norm();
         if sine * (long_u / sizes[0]) * (long_v / sizes[1]) <= 8.0 * f64::EPSILON {
             return TangentFrame(None);
         }
         let Some(normal) = across.unit() else { return TangentFrame(None) };
-        // First and second fundamental forms for unit tangents (E = G = 1), do Carmo 1976, 2-5 and 3-3.
+        // First and second fundamental forms for unit tangents (E = G = 1), do Carmo 1976, 2-5 and
+        // 3-3.
         let f = u.dot(v);
         let l = derivative(3).dot(normal) / long_u / long_u;
         let m = derivative(4).dot(normal) / long_u / long_v;
@@ -222,13 +261,16 @@ mod tests {
         let z = [[0.0, 2.0, 0.0], [-2.0, 0.0, -2.0], [0.0, 2.0, 0.0]];
         let point = |i: usize, j: usize| Point([i as f64 - 1.0, j as f64 - 1.0, z[i][j]]);
         let net = (0..3).map(|i| (0..3).map(|j| point(i, j)).collect()).collect();
-        Surface::new(&Context::default(), Basis::Bezier(Bezier), Basis::Bezier(Bezier), net).unwrap()
+        Surface::new(&Context::default(), Basis::Bezier(Bezier), Basis::Bezier(Bezier), net)
+            .unwrap()
     }
 
     #[test]
     fn the_saddle_has_its_curvatures() {
-        let all = SurfaceQuantities { normal: true, mean_curvature: true, gaussian_curvature: true };
-        let samples = evaluate(&Context::default(), &saddle(), &Places::Grid(5, 7), 2, all).unwrap();
+        let all =
+            SurfaceQuantities { normal: true, mean_curvature: true, gaussian_curvature: true };
+        let samples =
+            evaluate(&Context::default(), &saddle(), &Places::Grid(5, 7), 2, all).unwrap();
         for (i, p) in samples.points.iter().enumerate() {
             let (x, y) = (p[0], p[1]);
             assert!((p[2] - (x * x - y * y)).abs() < 1e-15 * 8.0);
@@ -236,7 +278,11 @@ mod tests {
             let gaussian = -4.0 / (w * w);
             let mean = (4.0 * y * y - 4.0 * x * x) / w.powf(1.5);
             assert!((samples.gaussian_curvatures[i] - gaussian).abs() < 1e-14, "{x} {y}");
-            assert!((samples.mean_curvatures[i] - mean).abs() < 1e-14, "{x} {y}: {} {mean}", samples.mean_curvatures[i]);
+            assert!(
+                (samples.mean_curvatures[i] - mean).abs() < 1e-14,
+                "{x} {y}: {} {mean}",
+                samples.mean_curvatures[i]
+            );
             let normal = Point([-2.0 * x, 2.0 * y, 1.0]).unit().unwrap();
             assert!(samples.normals[i].distance(normal) < 1e-14);
         }
@@ -245,11 +291,19 @@ mod tests {
 
     #[test]
     fn a_collapsed_edge_has_no_normal() {
-        let net = vec![vec![Point([0.0; 3]); 2], vec![Point([1.0, 0.0, 0.0]), Point([0.0, 1.0, 0.0])]];
-        let surface = Surface::new(&Context::default(), Basis::Bezier(Bezier), Basis::Bezier(Bezier), net).unwrap();
-        let samples =
-            evaluate(&Context::default(), &surface, &Places::Grid(2, 2), 0, SurfaceQuantities { normal: true, ..Default::default() })
+        let net =
+            vec![vec![Point([0.0; 3]); 2], vec![Point([1.0, 0.0, 0.0]), Point([0.0, 1.0, 0.0])]];
+        let surface =
+            Surface::new(&Context::default(), Basis::Bezier(Bezier), Basis::Bezier(Bezier), net)
                 .unwrap();
+        let samples = evaluate(
+            &Context::default(),
+            &surface,
+            &Places::Grid(2, 2),
+            0,
+            SurfaceQuantities { normal: true, ..Default::default() },
+        )
+        .unwrap();
         assert_eq!(samples.degenerate, [0, 1]);
         assert_eq!(samples.normals[0], Point::ZERO);
     }

@@ -17,8 +17,8 @@ use super::error::{At, Error, Fault, at_least, at_most};
 use super::point::Point;
 use crate::core::context::Context;
 
-/// A control net with a basis for each direction. `u` runs along the columns of points (from row to row of the net), `v` along its
-/// rows; each over the native domain of its basis.
+/// A control net with a basis for each direction. `u` runs along the columns of points (from row to
+/// row of the net), `v` along its rows; each over the native domain of its basis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
     bases: [Basis; 2],
@@ -33,18 +33,33 @@ impl Surface {
     /// # Errors
     /// At `control_net`: rows of different lengths, fewer than 2 rows or columns, too many points; at `u` or `v`: a basis that
     /// does not suit its order.
-    pub fn new(context: &Context, u: Basis, v: Basis, net: Vec<Vec<Point<3>>>) -> Result<Self, Error> {
+    pub fn new(
+        context: &Context,
+        u: Basis,
+        v: Basis,
+        net: Vec<Vec<Point<3>>>,
+    ) -> Result<Self, Error> {
         at_least("rows of control points", net.len(), 2).at("control_net")?;
         let columns = net[0].len();
         at_least("control points in a row", columns, 2).at(0).at("control_net")?;
-        at_most("control points", net.len().saturating_mul(columns), context.limits.control_points, "Send the surface in parts")
-            .at("control_net")?;
+        at_most(
+            "control points",
+            net.len().saturating_mul(columns),
+            context.limits.control_points,
+            "Send the surface in parts",
+        )
+        .at("control_net")?;
         for (i, row) in net.iter().enumerate() {
             if row.len() != columns {
                 let rule = "every row of a control net has as many points as the first";
-                return Err(Fault::WrongCount { what: "control points", count: row.len(), expected: columns, rule }
-                    .at(i)
-                    .at("control_net"));
+                return Err(Fault::WrongCount {
+                    what: "control points",
+                    count: row.len(),
+                    expected: columns,
+                    rule,
+                }
+                .at(i)
+                .at("control_net"));
             }
             finite_points(row).at(i).at("control_net")?;
         }
@@ -79,8 +94,10 @@ impl Surface {
         let by_v = self.bases[1].shape_matrix(order_v);
         let rows: Vec<Vec<Point<3>>> = self.rows().map(|row| by_v.apply(row)).collect();
         let by_u = self.bases[0].shape_matrix(order_u);
-        let columns: Vec<Vec<Point<3>>> = (0..=by_v.degree()).map(|j| by_u.apply(&column(&rows, j))).collect();
-        let rows = (0..=by_u.degree()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
+        let columns: Vec<Vec<Point<3>>> =
+            (0..=by_v.degree()).map(|j| by_u.apply(&column(&rows, j))).collect();
+        let rows =
+            (0..=by_u.degree()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
         Patch::new([by_u.degree(), by_v.degree()], self.domain(), rows)
     }
 }

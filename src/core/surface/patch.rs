@@ -48,7 +48,8 @@ impl Patch {
         magnitude(&self.points)
     }
 
-    /// The largest length of a Bezier point taken as a vector: a bound for the patch, by its convex hull.
+    /// The largest length of a Bezier point taken as a vector: a bound for the patch, by its convex
+    /// hull.
     pub fn largest_norm(&self) -> f64 {
         self.points.iter().map(|p| p.norm()).fold(0.0, f64::max)
     }
@@ -67,7 +68,11 @@ impl Patch {
             Direction::V => {
                 let (a, b) = self.domain[1];
                 let points = self.rows().flat_map(|row| hodograph(row, b - a)).collect();
-                Patch::new([self.degrees[0], self.degrees[1].saturating_sub(1)], self.domain, points)
+                Patch::new(
+                    [self.degrees[0], self.degrees[1].saturating_sub(1)],
+                    self.domain,
+                    points,
+                )
             }
         }
     }
@@ -80,13 +85,16 @@ impl Patch {
         }
         let (a, b) = self.domain[1];
         let halves: Vec<_> = self.rows().map(|row| split(row, (t - a) / (b - a))).collect();
-        let part = |range, points: Vec<Point<3>>| Patch::new(self.degrees, [self.domain[0], range], points);
+        let part = |range, points: Vec<Point<3>>| {
+            Patch::new(self.degrees, [self.domain[0], range], points)
+        };
         let first = halves.iter().flat_map(|(left, _)| left.iter().copied()).collect();
         let second = halves.iter().flat_map(|(_, right)| right.iter().copied()).collect();
         (part((a, t), first), part((t, b), second))
     }
 
-    /// The Bernstein polynomials of one direction at a parameter, to be used with [`Patch::combine`].
+    /// The Bernstein polynomials of one direction at a parameter, to be used with
+    /// [`Patch::combine`].
     pub(super) fn weights(&self, direction: Direction, t: f64) -> Vec<f64> {
         let (a, b) = self.domain[direction as usize];
         bernstein(self.degrees[direction as usize], (t - a) / (b - a), (b - t) / (b - a))
@@ -94,7 +102,8 @@ impl Patch {
 
     /// The point with these weights in `u` and `v`. Exact at the corners.
     pub(super) fn combine(&self, u: &[f64], v: &[f64]) -> Point<3> {
-        let along = |row: &[Point<3>]| row.iter().zip(v).fold(Point::ZERO, |sum, (&p, &w)| sum + p * w);
+        let along =
+            |row: &[Point<3>]| row.iter().zip(v).fold(Point::ZERO, |sum, (&p, &w)| sum + p * w);
         self.rows().zip(u).fold(Point::ZERO, |sum, (row, &w)| sum + along(row) * w)
     }
 

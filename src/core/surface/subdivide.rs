@@ -34,7 +34,13 @@ pub struct Pieces {
 /// # Errors
 /// At `at/u` or `at/v`: parameters outside the domain or not increasing. At `form`: bases without a way back. More points than
 /// [`limits::CONTROL_POINTS`].
-pub fn subdivide(context: &Context, surface: &Surface, us: &[f64], vs: &[f64], form: Form) -> Result<Pieces, Error> {
+pub fn subdivide(
+    context: &Context,
+    surface: &Surface,
+    us: &[f64],
+    vs: &[f64],
+    form: Form,
+) -> Result<Pieces, Error> {
     let whole = surface.patch();
     let [of_u, of_v] = super::domains(whole.domain());
     let cuts = |domain: Domain, values: &[f64]| {
@@ -44,7 +50,13 @@ pub fn subdivide(context: &Context, surface: &Surface, us: &[f64], vs: &[f64], f
     let (us, vs) = both(cuts(of_u, us).at("u"), cuts(of_v, vs).at("v")).at("at")?;
     let [m, n] = whole.degrees();
     let points = (us.len() + 1).saturating_mul(vs.len() + 1).saturating_mul((m + 1) * (n + 1));
-    at_most("control points in the answer", points, context.limits.control_points, "Cut the surface in parts").at("at")?;
+    at_most(
+        "control points in the answer",
+        points,
+        context.limits.control_points,
+        "Cut the surface in parts",
+    )
+    .at("at")?;
     let mut patches = Vec::with_capacity((us.len() + 1) * (vs.len() + 1));
     for strip in cut(context, &whole, Direction::U, &us)? {
         patches.extend(cut(context, &strip, Direction::V, &vs)?);
@@ -61,14 +73,24 @@ pub fn subdivide(context: &Context, surface: &Surface, us: &[f64], vs: &[f64], f
         context.checkpoint().map_err(|error| error.fault)?;
         let net = patch.rows().map(<[_]>::to_vec).collect();
         // A fault has no place in the request: the net is not the one given.
-        let surface = Surface::new(context, bezier(), bezier(), net).map_err(|error| error.fault)?;
+        let surface =
+            Surface::new(context, bezier(), bezier(), net).map_err(|error| error.fault)?;
         Ok(Piece { domain: patch.domain(), surface })
     };
-    Ok(Pieces { pieces: patches.iter().map(piece).collect::<Result<_, Fault>>()?, in_family: false, condition: 1.0 })
+    Ok(Pieces {
+        pieces: patches.iter().map(piece).collect::<Result<_, Fault>>()?,
+        in_family: false,
+        condition: 1.0,
+    })
 }
 
 /// The parts of a patch between cuts; a cut at an end of the domain is none.
-fn cut(context: &Context, patch: &Patch, direction: Direction, values: &[f64]) -> Result<Vec<Patch>, Error> {
+fn cut(
+    context: &Context,
+    patch: &Patch,
+    direction: Direction,
+    values: &[f64],
+) -> Result<Vec<Patch>, Error> {
     let (start, end) = patch.domain()[direction as usize];
     let mut parts = Vec::with_capacity(values.len() + 1);
     let mut rest = patch.clone();
@@ -82,7 +104,11 @@ fn cut(context: &Context, patch: &Patch, direction: Direction, values: &[f64]) -
     Ok(parts)
 }
 
-fn in_family(context: &Context, surface: &Surface, patches: &[Patch]) -> Result<(Vec<Piece>, f64), Fault> {
+fn in_family(
+    context: &Context,
+    surface: &Surface,
+    patches: &[Patch],
+) -> Result<(Vec<Piece>, f64), Fault> {
     let [order_u, order_v] = surface.orders();
     let [u, v] = surface.bases();
     let (way_u, way_v) = (u.way_back(context, order_u)?, v.way_back(context, order_v)?);
@@ -93,9 +119,11 @@ fn in_family(context: &Context, surface: &Surface, patches: &[Patch]) -> Result<
     let piece = |patch: &Patch| {
         context.checkpoint().map_err(|error| error.fault)?;
         let rows: Vec<Vec<Point<3>>> = patch.rows().map(|row| way_v.control_points(row)).collect();
-        let columns: Vec<_> = (0..=order_v).map(|j| way_u.control_points(&super::column(&rows, j))).collect();
+        let columns: Vec<_> =
+            (0..=order_v).map(|j| way_u.control_points(&super::column(&rows, j))).collect();
         let net = (0..=order_u).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
-        let surface = Surface::new(context, u.clone(), v.clone(), net).map_err(|error| error.fault)?;
+        let surface =
+            Surface::new(context, u.clone(), v.clone(), net).map_err(|error| error.fault)?;
         Ok(Piece { domain: patch.domain(), surface })
     };
     let pieces = patches.iter().map(piece).collect::<Result<_, Fault>>()?;

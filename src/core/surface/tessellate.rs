@@ -16,13 +16,15 @@ pub struct Mesh {
     pub parameters: Vec<[f64; 2]>,
     /// The vertices.
     pub points: Vec<Point<3>>,
-    /// Positions of three vertices each, counter-clockwise seen from the side of the normal `S_u x S_v`.
+    /// Positions of three vertices each, counter-clockwise seen from the side of the normal `S_u x
+    /// S_v`.
     pub triangles: Vec<[usize; 3]>,
     /// A bound on the distance between mesh and surface at equal parameters; at most the tolerance.
     pub bound: f64,
 }
 
-/// The largest second derivatives with respect to parameters scaled to [0, 1], bounded by their Bezier points.
+/// The largest second derivatives with respect to parameters scaled to [0, 1], bounded by their
+/// Bezier points.
 struct Bends {
     uu: f64,
     uv: f64,
@@ -47,8 +49,8 @@ impl Bends {
         (h * h * self.uu + 2.0 * h * k * self.uv + k * k * self.vv) / 8.0
     }
 
-    /// The fewest cells along `v` that hold the tolerance with `m` along `u`: the bound is quadratic in their size. Infinite where
-    /// none do.
+    /// The fewest cells along `v` that hold the tolerance with `m` along `u`: the bound is
+    /// quadratic in their size. Infinite where none do.
     fn across(&self, m: usize, tolerance: f64) -> f64 {
         let h = 1.0 / m as f64;
         let left = 8.0 * tolerance - h * h * self.uu;
@@ -58,7 +60,8 @@ impl Bends {
         if left > 0.0 { (1.0 / size).ceil().max(1.0) } else { f64::INFINITY }
     }
 
-    /// The cells with the fewest vertices that hold the tolerance, if there are any with at most so many vertices.
+    /// The cells with the fewest vertices that hold the tolerance, if there are any with at most so
+    /// many vertices.
     fn cells(&self, tolerance: f64, most: usize) -> Option<[usize; 2]> {
         let mut best: Option<[usize; 2]> = None;
         let mut fewest = most + 1;
@@ -77,8 +80,9 @@ impl Bends {
     }
 }
 
-/// A mesh that stays within a tolerance of the surface, by a bound. Its vertices lie on the surface, and along each edge of the
-/// parameter rectangle on the curve there: where opposite edges of the surface coincide, so do their vertices. O(vertices * degree^2).
+/// A mesh that stays within a tolerance of the surface, by a bound. Its vertices lie on the
+/// surface, and along each edge of the parameter rectangle on the curve there: where opposite edges
+/// of the surface coincide, so do their vertices. O(vertices * degree^2).
 ///
 /// # Errors
 /// At `tolerance`: not positive, below rounding, or so small that the mesh exceeds [`limits::SAMPLES`] vertices.
@@ -88,7 +92,8 @@ pub fn tessellate(context: &Context, surface: &Surface, tolerance: f64) -> Resul
     let bends = Bends::of(&patch);
     let Some([m, n]) = bends.cells(tolerance, context.limits.samples) else {
         let advice = "Raise the tolerance, or cut the surface first";
-        let (what, count, most) = ("vertices or more are needed", context.limits.samples + 1, context.limits.samples);
+        let (what, count, most) =
+            ("vertices or more are needed", context.limits.samples + 1, context.limits.samples);
         return Err(Fault::TooLarge { what, count, most, advice }.at("tolerance"));
     };
     let (us, vs) = (spread(patch.domain()[0], m + 1), spread(patch.domain()[1], n + 1));
@@ -97,8 +102,11 @@ pub fn tessellate(context: &Context, surface: &Surface, tolerance: f64) -> Resul
     Ok(Mesh {
         cells: [m, n],
         parameters: us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v])).collect(),
-        points: context.collect(in_u.iter().flat_map(|u| in_v.iter().map(|v| patch.combine(u, v))))?,
-        triangles: (0..m).flat_map(|i| (0..n).flat_map(move |j| cell(i * (n + 1) + j, n + 1))).collect(),
+        points: context
+            .collect(in_u.iter().flat_map(|u| in_v.iter().map(|v| patch.combine(u, v))))?,
+        triangles: (0..m)
+            .flat_map(|i| (0..n).flat_map(move |j| cell(i * (n + 1) + j, n + 1)))
+            .collect(),
         bound: bends.bound(m, n),
     })
 }

@@ -8,12 +8,23 @@ use crate::core::local::localized;
 use crate::core::point::Point;
 
 impl<const D: usize> Spline<D> {
-    /// The curve with each knot repeated as often as its continuity needs, at least `least` times: copies go one by one,
-    /// until one would move a control point further than `allowed`. O(knots * degree^2).
-    pub(super) fn lowered(self, context: &Context, found: &[Knot], least: usize, allowed: f64) -> Result<Self, Error> {
+    /// The curve with each knot repeated as often as its continuity needs, at least `least` times:
+    /// copies go one by one, until one would move a control point further than `allowed`. O(knots *
+    /// degree^2).
+    pub(super) fn lowered(
+        self,
+        context: &Context,
+        found: &[Knot],
+        least: usize,
+        allowed: f64,
+    ) -> Result<Self, Error> {
         let degree = self.degree;
-        let mut done =
-            Removal { knots: Vec::with_capacity(self.knots.len()), points: Vec::with_capacity(self.points.len()), old: self, gone: 0 };
+        let mut done = Removal {
+            knots: Vec::with_capacity(self.knots.len()),
+            points: Vec::with_capacity(self.points.len()),
+            old: self,
+            gone: 0,
+        };
         let mut pace = context.pace();
         for knot in found {
             let needed = (degree as i32 - knot.continuity).max(least as i32) as usize;
@@ -34,7 +45,8 @@ impl<const D: usize> Spline<D> {
     }
 }
 
-/// The knots and points that are done, up to those of the knot in hand, and the old ones, of which the rest still follow.
+/// The knots and points that are done, up to those of the knot in hand, and the old ones, of which
+/// the rest still follow.
 struct Removal<const D: usize> {
     old: Spline<D>,
     knots: Vec<f64>,
@@ -58,12 +70,17 @@ impl<const D: usize> Removal<D> {
         self.knots.get(i).copied().unwrap_or_else(|| self.old.knots[i + self.gone])
     }
 
-    /// Takes out one of so many copies of the last knot, if that moves no point of the curve by more than allowed.
+    /// Takes out one of so many copies of the last knot, if that moves no point of the curve by
+    /// more than allowed.
     fn remove(&mut self, copies: usize, allowed: f64) -> bool {
         let degree = self.old.degree;
         let start = self.knots.len() - degree - 2;
         let (origin, old) = localized(&self.points[start..]);
-        let (new, moved) = if copies > degree { (old[..1].to_vec(), old[0].distance(old[1])) } else { self.without(start, &old) };
+        let (new, moved) = if copies > degree {
+            (old[..1].to_vec(), old[0].distance(old[1]))
+        } else {
+            self.without(start, &old)
+        };
         if moved.is_nan() || moved > allowed {
             return false;
         }
@@ -74,11 +91,13 @@ impl<const D: usize> Removal<D> {
         true
     }
 
-    /// The points of which insertion of the last knot makes these: one less, and how far that is from true.
+    /// The points of which insertion of the last knot makes these: one less, and how far that is
+    /// from true.
     ///
-    /// Boehm 1980: `old[j] = a[j] new[j] + (1 - a[j]) new[j - 1]` (Tiller 1992, Knot-removal algorithms for NURBS curves and
-    /// surfaces). Solved from both ends, from each as long as its factor is the larger: then no step amplifies the error of
-    /// the one before. The two solutions meet in one point, where they differ as far as the knot is needed.
+    /// Boehm 1980: `old[j] = a[j] new[j] + (1 - a[j]) new[j - 1]` (Tiller 1992, Knot-removal
+    /// algorithms for NURBS curves and surfaces). Solved from both ends, from each as long as its
+    /// factor is the larger: then no step amplifies the error of the one before. The two solutions
+    /// meet in one point, where they differ as far as the knot is needed.
     fn without(&self, start: usize, old: &[Point<D>]) -> (Vec<Point<D>>, f64) {
         let (degree, last) = (self.old.degree, old.len() - 2);
         let t = self.knots[self.knots.len() - 1];
@@ -86,7 +105,9 @@ impl<const D: usize> Removal<D> {
             let (low, high) = (self.knot(start + j), self.knot(start + j + degree + 1));
             ((t - low) / (high - low), (high - t) / (high - low))
         };
-        let solved = |p: Point<D>, known: Point<D>, own: f64, other: f64| (p - known * other).map(|x| x / own);
+        let solved = |p: Point<D>, known: Point<D>, own: f64, other: f64| {
+            (p - known * other).map(|x| x / own)
+        };
         let mut new = vec![old[0]];
         for j in 1..=last {
             let (own, other) = factors(j);

@@ -7,8 +7,8 @@ use crate::core::point::{Point, larger};
 
 /// The control vectors of one span, differenced as often as asked.
 ///
-/// Where a knot has multiplicity `s` and the curve is differenced more than `degree - s` times, the outermost vector is
-/// the derivative at that knot itself.
+/// Where a knot has multiplicity `s` and the curve is differenced more than `degree - s` times, the
+/// outermost vector is the derivative at that knot itself.
 struct Vectors<'a, const D: usize> {
     knots: &'a [f64],
     degree: usize,
@@ -58,7 +58,8 @@ impl<'a, const D: usize> Vectors<'a, D> {
         64.0 * f64::EPSILON * (size + scale * self.order as f64 * self.of_length)
     }
 
-    /// Whether the derivatives to both sides agree: within a tolerance relative to the larger of them, and rounding.
+    /// Whether the derivatives to both sides agree: within a tolerance relative to the larger of
+    /// them, and rounding.
     fn agrees_with(&self, after: &Self, tolerance: f64) -> bool {
         let jump = self.vectors[self.vectors.len() - 1].distance(after.vectors[0]);
         let scale = larger(self.scale(), after.scale());

@@ -165,7 +165,11 @@ async fn a_request_on_its_way_is_answered_while_the_service_stops() {
     advance(2 * PARTING).await;
     connected.send(b"de").await;
     let (heard, _) = connected.rest().await;
-    assert!(heard.starts_with(b"HTTP/1.1 200") && heard.ends_with(b"abcde"), "{}", String::from_utf8_lossy(&heard));
+    assert!(
+        heard.starts_with(b"HTTP/1.1 200") && heard.ends_with(b"abcde"),
+        "{}",
+        String::from_utf8_lossy(&heard)
+    );
 }
 
 #[tokio::test(start_paused = true)]
@@ -249,9 +253,18 @@ async fn a_panic_while_an_answer_is_sent_is_counted_logged_and_seen_as_an_answer
     let mut answer = Vec::new();
     client.read_to_end(&mut answer).await.unwrap();
     let answer = String::from_utf8(answer).unwrap();
-    assert!(answer.contains("chunked") && answer.ends_with("4\r\nhalf\r\n"), "no last chunk: {answer}");
+    assert!(
+        answer.contains("chunked") && answer.ends_with("4\r\nhalf\r\n"),
+        "no last chunk: {answer}"
+    );
     serving.await.unwrap();
-    assert_eq!((metrics.panics.get(), metrics.closed.get_or_create(&Because { reason: Reason::panic }).get()), (1, 1));
+    assert_eq!(
+        (
+            metrics.panics.get(),
+            metrics.closed.get_or_create(&Because { reason: Reason::panic }).get()
+        ),
+        (1, 1)
+    );
     let log = String::from_utf8(logged.0.lock().unwrap().clone()).unwrap();
     assert!(log.contains("\"request_id\":\"the-id\"") && log.contains("ERROR"), "{log}");
 }
