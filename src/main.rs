@@ -8,9 +8,10 @@ use std::time::Duration;
 
 use clap::{ArgMatches, Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use springline::http;
+use springline::http::logs;
 use springline::server::config::{self as config, Config};
 use springline::server::{Server, Signals};
-use springline::server::{commands, healthcheck, logs};
+use springline::server::{commands, healthcheck};
 
 /// Requests allocate on one thread and free on another, and answers come in sheets of 256 KiB,
 /// which the system's allocator would take from the system and give back each time.

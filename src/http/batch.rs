@@ -297,20 +297,33 @@ async fn attempt(part: &Part, batch: &Batch) -> Result<Chunks, Problem> {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
-
     use super::*;
     use crate::api::memory;
-    use crate::server::config::Config;
+    use crate::core::limits::Limits;
+    use crate::http::settings::Settings;
 
-    #[derive(Parser)]
-    struct Settings {
-        #[command(flatten)]
-        config: Config,
+    fn settings() -> Settings {
+        let second = Duration::from_secs(1);
+        Settings {
+            workers: 2,
+            queue: 8,
+            patience: second,
+            limits: Limits::default(),
+            memory: 1 << 24,
+            api_keys: Vec::new(),
+            api_keys_file: None,
+            otlp_endpoint: None,
+            max_body: 1 << 20,
+            max_depth: 64,
+            body_time: second,
+            deadline: second,
+            compression: false,
+            metrics_elsewhere: false,
+        }
     }
 
     fn batch() -> Batch {
-        let service = Service::start(&Settings::parse_from(["test"]).config).unwrap();
+        let service = Service::start(&settings()).unwrap();
         Batch {
             service,
             format: Format::default(),

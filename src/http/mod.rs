@@ -9,6 +9,7 @@ pub mod compressor;
 pub mod handlers;
 pub mod health;
 pub mod keys;
+pub mod logs;
 pub mod metrics;
 pub mod middleware;
 pub mod negotiate;
@@ -20,6 +21,7 @@ pub mod queue;
 pub mod rates;
 pub mod receive;
 pub mod service;
+pub mod settings;
 pub mod traces;
 
 use std::sync::{Arc, OnceLock};

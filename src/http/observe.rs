@@ -13,9 +13,9 @@ use prometheus_client::metrics::gauge::Gauge;
 use uuid::{Builder, Uuid};
 
 use super::service::Service;
+use crate::http::logs::Answered;
 use crate::http::metrics::{OfRoute, UNKNOWN};
 use crate::http::traces::{Parent, Span};
-use crate::server::logs::Answered;
 
 /// The header that carries the id of a request, both ways.
 pub const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");

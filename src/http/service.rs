@@ -11,10 +11,10 @@ use super::coding::Coding;
 use super::keys::Keys;
 use super::observe::RequestId;
 use super::pool::Pool;
+use super::settings::Settings;
 use crate::api::memory::Memory;
 use crate::http::metrics::Metrics;
 use crate::http::traces::Traces;
-use crate::server::config::{Compression, Config};
 
 /// The state of the service: everything a request needs beside itself.
 #[derive(Debug)]
@@ -51,25 +51,24 @@ impl Service {
     ///
     /// # Errors
     /// Keys that cannot be read, threads that cannot be started.
-    pub fn start(config: &Config) -> Result<Arc<Self>, String> {
+    pub fn start(settings: &Settings) -> Result<Arc<Self>, String> {
         let metrics = Arc::new(Metrics::default());
-        let budget = Budget::new(config.memory.0, metrics.clone());
-        let limits = config.limits().checked().map_err(|error| error.to_string())?;
-        let patience = config.deadline.0 * config.queue_share / 100;
-        let pool =
-            Pool::start(config.worker_count(), config.queue, patience, limits, metrics.clone());
+        let budget = Budget::new(settings.memory, metrics.clone());
+        let limits = settings.limits.checked().map_err(|error| error.to_string())?;
+        let Settings { workers, queue, patience, .. } = *settings;
+        let pool = Pool::start(workers, queue, patience, limits, metrics.clone());
         Ok(Arc::new(Service {
             pool: pool.map_err(|error| format!("cannot start the compute threads: {error}"))?,
             memory: budget.clone(),
             budget,
-            keys: Keys::new(&config.api_keys, config.api_keys_file.clone())?,
-            traces: config.otlp_endpoint.as_deref().map(Traces::start).transpose()?,
-            max_body: config.max_body.0,
-            max_depth: config.max_depth,
-            body_time: config.body_time.0,
-            deadline: config.deadline.0,
-            compression: config.compression == Compression::On,
-            metrics_elsewhere: config.metrics_listen.is_some(),
+            keys: Keys::new(&settings.api_keys, settings.api_keys_file.clone())?,
+            traces: settings.otlp_endpoint.as_deref().map(Traces::start).transpose()?,
+            max_body: settings.max_body,
+            max_depth: settings.max_depth,
+            body_time: settings.body_time,
+            deadline: settings.deadline,
+            compression: settings.compression,
+            metrics_elsewhere: settings.metrics_elsewhere,
             stopping: AtomicBool::new(false),
             metrics,
         }))

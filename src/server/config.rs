@@ -16,6 +16,8 @@ use clap::{ArgMatches, Args, ValueEnum};
 use serde::{Serialize, Serializer};
 
 use crate::core::limits::{self, Limits};
+use crate::http::logs::LogFormat;
+use crate::http::settings::Settings;
 
 /// How the service runs. A flag goes before its environment variable, that before the file, that
 /// before the default.
@@ -197,18 +199,6 @@ pub enum Compression {
     On,
 }
 
-/// How log lines look.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LogFormat {
-    /// Text on a terminal, JSON otherwise
-    Auto,
-    /// For people
-    Text,
-    /// One JSON object a line
-    Json,
-}
-
 /// A time span, printed as it is written: `1m 30s`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Time(pub Duration);
@@ -265,6 +255,26 @@ fn body_size(text: &str) -> Result<Size, String> {
 }
 
 impl Config {
+    /// What the service itself is set to.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            workers: self.worker_count(),
+            queue: self.queue,
+            patience: self.deadline.0 * self.queue_share / 100,
+            limits: self.limits(),
+            memory: self.memory.0,
+            api_keys: self.api_keys.clone(),
+            api_keys_file: self.api_keys_file.clone(),
+            otlp_endpoint: self.otlp_endpoint.clone(),
+            max_body: self.max_body.0,
+            max_depth: self.max_depth,
+            body_time: self.body_time.0,
+            deadline: self.deadline.0,
+            compression: self.compression == Compression::On,
+            metrics_elsewhere: self.metrics_listen.is_some(),
+        }
+    }
+
     /// The sizes the core accepts.
     pub fn limits(&self) -> Limits {
         Limits {

@@ -5,7 +5,6 @@ pub mod config;
 mod connection;
 pub mod healthcheck;
 mod listener;
-pub mod logs;
 pub mod offline;
 pub mod pretty;
 mod signals;
@@ -56,7 +55,7 @@ impl Server {
     pub async fn bind(config: Config) -> Result<Self, String> {
         // As many files as the system allows: each connection is one.
         let _ = rlimit::increase_nofile_limit(u64::MAX);
-        let service = Service::start(&config)?;
+        let service = Service::start(&config.settings())?;
         let tls = tls::acceptor(&config)?;
         let origins = origins(&config.cors_origins)?;
         let app = http::service(&service, &origins);

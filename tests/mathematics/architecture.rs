@@ -4,9 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const FORBIDDEN: &[&str] = &[
+    "crate::api",
+    "crate::draw",
     "crate::http",
     "crate::server",
-    "crate::config",
+    "thread_local!",
+    "OnceLock",
+    "LazyLock",
     "axum",
     "hyper",
     "tower",
@@ -39,7 +43,7 @@ fn code(path: &Path) -> Vec<(usize, String)> {
 }
 
 #[test]
-fn the_core_imports_nothing_of_the_edge() {
+fn the_core_is_pure() {
     let files = sources(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src/core")));
     assert!(files.len() > 15, "found only {} files", files.len());
     let forbidden = |path: &PathBuf| {
@@ -63,6 +67,32 @@ fn the_core_has_no_way_to_panic_on_purpose() {
         .flat_map(|path| code(path).into_iter().map(move |line| (path, line)))
         .filter(|(_, (_, line))| words.iter().any(|word| line.contains(word)))
         .collect();
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+/// Cargo holds the floors apart by features; this also where all of them are built.
+#[test]
+fn no_floor_imports_from_above() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src"));
+    let floors = [["core", ""], ["api", "draw"], ["http", ""], ["server", ""]];
+    let mut found = Vec::new();
+    for (i, floor) in floors.iter().enumerate() {
+        let above = || floors[i + 1..].iter().flatten().filter(|name| !name.is_empty());
+        for path in
+            floor.iter().filter(|name| !name.is_empty()).flat_map(|name| sources(&root.join(name)))
+        {
+            let upward =
+                |line: &str| above().any(|name| line.contains(&format!("crate::{name}::")));
+            if path.extension().is_some_and(|it| it == "rs") {
+                found.extend(
+                    code(&path)
+                        .into_iter()
+                        .filter(|(_, line)| upward(line))
+                        .map(|line| (path.clone(), line)),
+                );
+            }
+        }
+    }
     assert!(found.is_empty(), "{found:#?}");
 }
 

@@ -65,7 +65,7 @@ impl Inside {
             config: Config,
         }
         let Cli { config } = clap::Parser::parse_from([&["test"], settings].concat());
-        let service = Service::start(&config).unwrap();
+        let service = Service::start(&config.settings()).unwrap();
         Inside { edge: springline::http::service(&service, &[]), service }
     }
 

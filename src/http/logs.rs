@@ -1,5 +1,6 @@
 //! Log lines: text on a terminal, JSON otherwise, on standard error.
 
+use clap::ValueEnum;
 use std::cell::RefCell;
 use std::io::{self, IsTerminal, Write, stderr};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -9,7 +10,17 @@ use std::time::{Duration, SystemTime};
 use serde::Serialize;
 use tracing_subscriber::EnvFilter;
 
-use crate::server::config::LogFormat;
+/// How log lines look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LogFormat {
+    /// Text on a terminal, JSON otherwise
+    Auto,
+    /// For people
+    Text,
+    /// One JSON object a line
+    Json,
+}
 
 /// So many bytes of lines wait to be written at most; a line beyond is lost.
 const MOST: usize = 8 << 20;
