@@ -37,7 +37,8 @@ pub fn check_count(context: &Context, count: usize) -> Result<(), Fault> {
 /// degree * order).
 ///
 /// # Errors
-/// At `order`: one that does not suit the basis. At `count`: below 2, or more values than [`limits::ANSWER_POINTS`].
+/// At `order`: one that does not suit the basis. At `count`: below 2, or more values than
+/// [`ANSWER_POINTS`](crate::core::limits::ANSWER_POINTS).
 pub fn basis_functions(
     context: &Context,
     basis: &Basis,

@@ -228,7 +228,7 @@ pub enum Fault {
     /// Several faults that do not depend on each other, each at its place within this one.
     #[error("{}", .0.first().map(Error::to_string).unwrap_or_default())]
     Several(Vec<Error>),
-    /// Nobody waits for the result: see [`super::work`].
+    /// Nobody waits for the result: see [`Context`](super::context::Context).
     #[error("the computation was stopped before its end, because nobody waited for it any more")]
     Cancelled,
 }

@@ -81,9 +81,10 @@ pub struct Degenerate {
 /// Samples a curve. O(samples * (derivatives + 1) * degree) after O(segments * degree).
 ///
 /// # Errors
-/// At `sampling`: a count below 2, a parameter outside the domain, a tolerance that is not positive or below
-/// rounding; more samples than [`limits::SAMPLES`]. At `derivatives`: more than [`limits::DEGREE`]. At
-/// `quantities`: the torsion of a plane curve. At `curve`: a tolerance for a B-spline that jumps.
+/// At `sampling`: a count below 2, a parameter outside the domain, a tolerance that is not positive
+/// or below rounding; more samples than [`SAMPLES`](crate::core::limits::SAMPLES). At
+/// `derivatives`: more than [`DEGREE`](crate::core::limits::DEGREE). At `quantities`: the torsion
+/// of a plane curve. At `curve`: a tolerance for a B-spline that jumps.
 pub fn evaluate<const D: usize>(
     context: &Context,
     curve: &Curve<D>,

@@ -49,9 +49,11 @@ pub struct Interpolant<const D: usize> {
 /// conditioned whatever the bases.
 ///
 /// # Errors
-/// At `points`: fewer than 2 (closed: 3), more than [`limits::DATA_POINTS`], neighbours that coincide where
-/// distances make the knots. At `parameterization`: knots that do not fit. At `start` or `end`: a not-a-knot
-/// condition with too few points. At `basis` or `bases`: not a cubic basis with a way back to control points.
+/// At `points`: fewer than 2 (closed: 3), more than
+/// [`DATA_POINTS`](crate::core::limits::DATA_POINTS), neighbours that coincide where distances make
+/// the knots. At `parameterization`: knots that do not fit. At `start` or `end`: a not-a-knot
+/// condition with too few points. At `basis` or `bases`: not a cubic basis with a way back to
+/// control points.
 pub fn interpolate<const D: usize>(
     context: &Context,
     points: &[Point<D>],

@@ -113,8 +113,9 @@ struct Link {
 /// they were, or the best after 50 steps.
 ///
 /// # Errors
-/// At `curves`: fewer than 2 or more than [`CURVES`], different orders, a basis that does not start and end at its control points,
-/// coordinates too large to compute with. At `smoothness`: a class that the points allowed to move cannot reach, with the joint.
+/// At `curves`: fewer than 2 or more than [`CURVES`], different orders, a basis that does not start
+/// and end at its control points, coordinates too large to compute with. At `smoothness`: a class
+/// that the points allowed to move cannot reach, with the joint.
 pub fn join<const D: usize>(
     context: &Context,
     curves: Vec<Single<D>>,

@@ -92,7 +92,8 @@ impl Breaks {
     /// Checks the joints.
     ///
     /// # Errors
-    /// Fewer than 2, more than [`limits::SEGMENTS`] + 1; at the offending knot, one that does not increase.
+    /// Fewer than 2, more than [`SEGMENTS`](crate::core::limits::SEGMENTS) + 1; at the offending
+    /// knot, one that does not increase.
     pub fn new(context: &Context, knots: Vec<f64>) -> Result<Self, Error> {
         at_least("knots", knots.len(), 2)?;
         at_most("segments", knots.len() - 1, context.limits.segments, "Send the curve in parts")?;

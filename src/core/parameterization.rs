@@ -32,9 +32,9 @@ impl Parameterization {
     /// Knots for a curve through the points in turn; a closed curve gets one more knot than points.
     ///
     /// # Errors
-    /// At `points`: neighbours that coincide, or that their distance along the curve cannot tell apart, or does not
-    /// fit a double, where distances are used. At `parameterization`:
-    /// given knots that are too few, too many, or do not increase strictly.
+    /// At `points`: neighbours that coincide, or that their distance along the curve cannot tell
+    /// apart, or does not fit a double, where distances are used. At `parameterization`: given
+    /// knots that are too few, too many, or do not increase strictly.
     pub fn knots<const D: usize>(
         &self,
         context: &Context,

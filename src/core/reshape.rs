@@ -46,8 +46,8 @@ pub struct Reshaped<const D: usize> {
 /// ends, and its control points change.
 ///
 /// # Errors
-/// At `curve`: a B-spline. At `basis` or `bases`: as many as segments, suiting the order. At `keep`: a joint without enough free
-/// control points; a basis without a way back for [`Keep::C2`].
+/// At `curve`: a B-spline. At `basis` or `bases`: as many as segments, suiting the order. At
+/// `keep`: a joint without enough free control points; a basis without a way back for [`Keep::C2`].
 pub fn reshape<const D: usize>(
     context: &Context,
     curve: &Curve<D>,

@@ -66,8 +66,9 @@ pub struct Subdivision<const D: usize> {
 /// Cuts a curve. O(pieces * degree^2).
 ///
 /// # Errors
-/// At `at`: parameters that do not increase or leave the domain, a tolerance below rounding, more pieces than
-/// [`limits::SEGMENTS`]. At `form`: the family form of a curve that has none. At `curve`: a B-spline that jumps.
+/// At `at`: parameters that do not increase or leave the domain, a tolerance below rounding, more
+/// pieces than [`SEGMENTS`](crate::core::limits::SEGMENTS). At `form`: the family form of a curve
+/// that has none. At `curve`: a B-spline that jumps.
 pub fn subdivide<const D: usize>(
     context: &Context,
     curve: &Curve<D>,

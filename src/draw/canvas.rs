@@ -32,7 +32,8 @@ impl Canvas {
     /// The document.
     ///
     /// # Errors
-    /// [`Fault::Overflow`] where a coordinate was no number; [`Fault::Cancelled`], after which nothing more was drawn.
+    /// [`Fault::Overflow`] where a coordinate was no number; [`Fault::Cancelled`], after which
+    /// nothing more was drawn.
     pub fn finish(mut self, context: &Context) -> Result<String, Error> {
         context.checkpoint()?;
         self.text.push_str("</svg>\n");

@@ -12,7 +12,8 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Succeeds if the service with these settings answers `GET /livez` with 200.
 ///
 /// # Errors
-/// The connection fails, times out, or is answered otherwise; or the service speaks TLS and has no other address.
+/// The connection fails, times out, or is answered otherwise; or the service speaks TLS and has no
+/// other address.
 pub fn check(config: &Config) -> io::Result<()> {
     let plain = if config.tls_cert.is_none() { Some(config.listen) } else { config.metrics_listen };
     let listen = plain.ok_or_else(|| {

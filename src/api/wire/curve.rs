@@ -137,7 +137,8 @@ impl Curve {
     /// The core's curve.
     ///
     /// # Errors
-    /// Fields of another family, missing fields, and whatever the mathematics forbids, each at its place.
+    /// Fields of another family, missing fields, and whatever the mathematics forbids, each at its
+    /// place.
     pub fn parse(mut self, context: &Context) -> Result<Dimensioned, Error> {
         context.checkpoint()?;
         let family = self.kind();

@@ -20,7 +20,8 @@ thread_local! {
 /// Reads a raw request: its header with `read`, the numbers at hand.
 ///
 /// # Errors
-/// Status 400: not the raw format; and whatever `read` refuses, lines and columns counted in the header.
+/// Status 400: not the raw format; and whatever `read` refuses, lines and columns counted in the
+/// header.
 pub fn read<T>(body: &Bytes, read: impl FnOnce(&[u8]) -> Result<T, Problem>) -> Result<T, Problem> {
     let (header, numbers) = split(body).ok_or_else(|| {
         let detail =

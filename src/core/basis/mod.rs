@@ -138,7 +138,8 @@ impl Basis {
     /// Whether segments of this basis and order meet in a shared control point.
     ///
     /// # Errors
-    /// An order that does not suit the family; a basis that does not start and end at its control points.
+    /// An order that does not suit the family; a basis that does not start and end at its control
+    /// points.
     pub fn joinable(&self, context: &Context, order: usize) -> Result<(), Fault> {
         self.degree(context, order)?;
         if self.interpolates_end_points(order) {

@@ -50,9 +50,9 @@ impl Quasi {
     /// Checks a shape and builds its matrix.
     ///
     /// # Errors
-    /// At the offending row or entry: rows of different lengths, a negative entry, a row sum that is
-    /// not 1 (within [`limits::ROW_SUM_TOLERANCE`]), a middle row that is not symmetric; or without a
-    /// place, a matrix without full rank.
+    /// At the offending row or entry: rows of different lengths, a negative entry, a row sum that
+    /// is not 1 (within [`limits::ROW_SUM_TOLERANCE`]), a middle row that is not symmetric; or
+    /// without a place, a matrix without full rank.
     pub fn new(context: &Context, shape: ShapeParameters) -> Result<Self, Error> {
         let given = match &shape {
             ShapeParameters::Matrix { rows } => checked(context, rows).at("rows")?,

@@ -33,7 +33,7 @@ impl<const D: usize> Curve<D> {
     /// The curve as Bezier segments over its native domain.
     ///
     /// # Errors
-    /// A B-spline with more spans than [`limits::SEGMENTS`].
+    /// A B-spline with more spans than [`SEGMENTS`](crate::core::limits::SEGMENTS).
     pub fn composite(&self, context: &Context) -> Result<Composite<D>, Error> {
         match self {
             Curve::Single(curve) => curve.composite(context),
@@ -77,7 +77,7 @@ pub(crate) fn valid_points<const D: usize>(
     finite_points(points)
 }
 
-/// Refuses a degree, or an order, that is 0 or above [`limits::DEGREE`].
+/// Refuses a degree, or an order, that is 0 or above [`DEGREE`](crate::core::limits::DEGREE).
 ///
 /// # Errors
 /// [`Fault::OutOfRange`].

@@ -127,8 +127,9 @@ impl<const D: usize> Piecewise<D> {
     /// Checks and joins the parts.
     ///
     /// # Errors
-    /// At `bases`, `order` or `control_points`: counts that do not match, a basis that does not suit the
-    /// order or does not start and end at its control points, a closed curve whose end points differ.
+    /// At `bases`, `order` or `control_points`: counts that do not match, a basis that does not
+    /// suit the order or does not start and end at its control points, a closed curve whose end
+    /// points differ.
     pub fn new(
         context: &Context,
         bases: Bases,

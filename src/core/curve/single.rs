@@ -71,7 +71,8 @@ impl<const D: usize> Single<D> {
     /// The curve as a composite of one segment.
     ///
     /// # Errors
-    /// None that a valid curve can cause, as the domain `[0, alpha]` has positive length; [`Fault::Cancelled`](crate::core::error::Fault).
+    /// None that a valid curve can cause, as the domain `[0, alpha]` has positive length;
+    /// [`Fault::Cancelled`](crate::core::error::Fault).
     pub fn composite(&self, context: &Context) -> Result<Composite<D>, Error> {
         context.checkpoint()?;
         let (origin, bezier) = self.local_bezier_points();

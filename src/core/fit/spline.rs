@@ -29,8 +29,9 @@ impl<const D: usize> Spline<D> {
     /// O(points + breaks).
     ///
     /// # Errors
-    /// [`Unsolved::Deficient`] where the points do not determine it well: the conditions of Schoenberg and
-    /// Whitney do not hold, or only just, or the coefficients are too large for a double.
+    /// [`Unsolved::Deficient`] where the points do not determine it well: the conditions of
+    /// Schoenberg and Whitney do not hold, or only just, or the coefficients are too large for a
+    /// double.
     pub(super) fn least_squares(
         context: &Context,
         ordered: &Ordered<D>,

@@ -67,7 +67,8 @@ fn jets(patch: &Patch, orders: usize) -> Vec<Patch> {
 /// Samples a surface. O(samples * degree_u * degree_v).
 ///
 /// # Errors
-/// At `at`: counts below 2, parameters outside the domain, more samples than the limits. At `derivatives`: above 2.
+/// At `at`: counts below 2, parameters outside the domain, more samples than the limits. At
+/// `derivatives`: above 2.
 pub fn evaluate(
     context: &Context,
     surface: &Surface,

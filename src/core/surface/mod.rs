@@ -31,8 +31,8 @@ impl Surface {
     /// Joins two bases and a control net of `order_u + 1` rows of `order_v + 1` points.
     ///
     /// # Errors
-    /// At `control_net`: rows of different lengths, fewer than 2 rows or columns, too many points; at `u` or `v`: a basis that
-    /// does not suit its order.
+    /// At `control_net`: rows of different lengths, fewer than 2 rows or columns, too many points;
+    /// at `u` or `v`: a basis that does not suit its order.
     pub fn new(
         context: &Context,
         u: Basis,

@@ -32,8 +32,8 @@ pub struct Pieces {
 /// Cuts along lines of constant `u` and `v`. O(pieces * degree^3).
 ///
 /// # Errors
-/// At `at/u` or `at/v`: parameters outside the domain or not increasing. At `form`: bases without a way back. More points than
-/// [`limits::CONTROL_POINTS`].
+/// At `at/u` or `at/v`: parameters outside the domain or not increasing. At `form`: bases without a
+/// way back. More points than [`limits::CONTROL_POINTS`].
 pub fn subdivide(
     context: &Context,
     surface: &Surface,

@@ -85,7 +85,8 @@ impl Bends {
 /// of the surface coincide, so do their vertices. O(vertices * degree^2).
 ///
 /// # Errors
-/// At `tolerance`: not positive, below rounding, or so small that the mesh exceeds [`limits::SAMPLES`] vertices.
+/// At `tolerance`: not positive, below rounding, or so small that the mesh exceeds
+/// [`SAMPLES`](crate::core::limits::SAMPLES) vertices.
 pub fn tessellate(context: &Context, surface: &Surface, tolerance: f64) -> Result<Mesh, Error> {
     let patch = surface.patch();
     check_tolerance(tolerance, patch.magnitude()).at("tolerance")?;

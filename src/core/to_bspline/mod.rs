@@ -75,7 +75,8 @@ pub fn check_tolerance(tolerance: f64) -> Result<(), Fault> {
 /// than a small part of the tolerance stays. O(segments * degree^2).
 ///
 /// # Errors
-/// At `tolerance`: not positive or 1 and more. At `knots`: uniform or periodic knots that the curve does not allow.
+/// At `tolerance`: not positive or 1 and more. At `knots`: uniform or periodic knots that the curve
+/// does not allow.
 pub fn to_bspline<const D: usize>(
     context: &Context,
     curve: &Curve<D>,
