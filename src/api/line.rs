@@ -11,7 +11,7 @@ use serde_json::value::RawValue;
 
 use crate::api::json;
 use crate::api::problem::Problem;
-use crate::api::wire::{refuse, set_by, tolerant};
+use crate::api::wire::{Read, Reading, refuse, set_by, tolerant};
 
 /// A line: which operation, its request, and what the client calls it.
 #[derive(Debug, Default)]
@@ -53,14 +53,15 @@ impl<'a> Line<'a> {
         max_depth: usize,
     ) -> Result<(Option<Id>, Cow<'a, str>, &'a RawValue), Refusal> {
         json::check_depth(text, max_depth).map_err(|problem| (None, problem.into()))?;
-        match serde_json::from_slice(text) {
+        let reading = Reading::new(context);
+        match reading.from_slice(text) {
             Ok(Line { id, op: Some(op), body: Some(body) }) => Ok((id, op, body)),
-            _ => Err(explain(context, text, number)),
+            _ => Err(explain(&reading, text, number)),
         }
     }
 }
 
-fn explain(context: &Context, text: &[u8], number: usize) -> Refusal {
+fn explain(reading: &Reading, text: &[u8], number: usize) -> Refusal {
     let cut = match serde_json::from_slice::<&RawValue>(text) {
         Ok(cut) => cut,
         Err(error) => {
@@ -73,7 +74,7 @@ fn explain(context: &Context, text: &[u8], number: usize) -> Refusal {
             return (None, problem.with_position(number, error.column().max(1)).into());
         }
     };
-    let (line, mut misfits, _) = tolerant::read::<Line>(context, cut);
+    let (line, mut misfits, _) = tolerant::read::<Line>(reading, cut);
     let line = line.unwrap_or_default();
     let is_object = cut.get().starts_with('{');
     for (name, is_there) in [("op", line.op.is_some()), ("body", line.body.is_some())] {
@@ -94,10 +95,10 @@ fn explain(context: &Context, text: &[u8], number: usize) -> Refusal {
     (line.id, lead.with_faults(misfits).into())
 }
 
-impl<'de: 'a, 'a> Deserialize<'de> for Line<'a> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct LineVisitor;
-        impl<'de> Visitor<'de> for LineVisitor {
+impl<'de: 'a, 'a> Read<'de> for Line<'a> {
+    fn read<D: Deserializer<'de>>(reading: &Reading, deserializer: D) -> Result<Self, D::Error> {
+        struct LineVisitor<'r>(&'r Reading<'r>);
+        impl<'de> Visitor<'de> for LineVisitor<'_> {
             type Value = Line<'de>;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -108,18 +109,18 @@ impl<'de: 'a, 'a> Deserialize<'de> for Line<'a> {
                 let mut line = Line::default();
                 while let Some(Text(key)) = map.next_key()? {
                     match &*key {
-                        "id" => set_by(&mut line.id, "id", &mut map, A::next_value)?,
-                        "op" => set_by(&mut line.op, "op", &mut map, |map| {
+                        "id" => set_by(self.0, &mut line.id, "id", &mut map, A::next_value)?,
+                        "op" => set_by(self.0, &mut line.op, "op", &mut map, |map| {
                             map.next_value().map(|Text(op)| op)
                         })?,
-                        "body" => set_by(&mut line.body, "body", &mut map, A::next_value)?,
-                        _ => refuse(&mut map, &key, FIELDS)?,
+                        "body" => set_by(self.0, &mut line.body, "body", &mut map, A::next_value)?,
+                        _ => refuse(self.0, &mut map, &key, FIELDS)?,
                     }
                 }
                 Ok(line)
             }
         }
-        deserializer.deserialize_map(LineVisitor)
+        deserializer.deserialize_map(LineVisitor(reading))
     }
 }
 

@@ -24,7 +24,7 @@ use crate::api::json;
 use crate::api::operations::{Operation, Output, OutputKind};
 use crate::api::output::{Format, RAW};
 use crate::api::problem::{Problem, Status};
-use crate::api::wire::raw;
+use crate::api::wire::{Reading, raw};
 use crate::core::context::Context;
 
 /// Answers a request to an operation.
@@ -150,14 +150,12 @@ fn read<Request: json::Request>(
     sent: BodyFormat,
     max_depth: usize,
 ) -> Result<Request, Problem> {
-    let read = |text: &[u8]| {
-        json::check_depth(text, max_depth)?;
-        json::from_bytes(context, text)
+    let (text, numbers) = match sent {
+        BodyFormat::Json => (&body[..], None),
+        BodyFormat::Raw => raw::split(body).map(|(header, numbers)| (header, Some(numbers)))?,
     };
-    match sent {
-        BodyFormat::Json => read(body),
-        BodyFormat::Raw => raw::read(body, read),
-    }
+    json::check_depth(text, max_depth)?;
+    json::read(&Reading::new(context).with_numbers(numbers.as_ref()), text)
 }
 
 /// There is no room now; counts it.

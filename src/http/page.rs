@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 
+use crate::api::json;
 use crate::api::operations::Operation;
 use crate::api::operations::render::{self, Render};
 use crate::api::problem::Problem;
@@ -42,10 +43,11 @@ static FIRST: LazyLock<String> = LazyLock::new(|| {
         render::EXAMPLES[0].body,
     ]
     .map(str::trim);
+    let context = &Context::default();
     // Without its picture the page says the same.
-    let picture = serde_json::from_str(drawn)
+    let picture = json::from_bytes(context, drawn.as_bytes())
         .ok()
-        .and_then(|request| Render::compute(&Context::default(), request).ok())
+        .and_then(|request| Render::compute(context, request).ok())
         .unwrap_or_default();
     let body = format!(
         "<h1>Springline</h1>

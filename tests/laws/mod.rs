@@ -21,10 +21,10 @@ pub fn cases(file: &str) -> Vec<Value> {
 
 /// A curve in the JSON of the API.
 pub fn parse(value: &Value) -> Dimensioned {
-    serde_json::from_value::<wire::Curve>(value.clone())
-        .unwrap()
-        .parse(&Context::default())
-        .unwrap()
+    let context = Context::default();
+    let text = value.to_string();
+    let curve: wire::Curve = wire::Reading::new(&context).from_slice(text.as_bytes()).unwrap();
+    curve.parse(&context).unwrap()
 }
 
 /// A plane curve in the JSON of the API.

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
+use springline::api::json::from_bytes;
 use springline::api::operations::Operation;
 use springline::api::operations::render::{Render, RenderRequest};
 use springline::core::context::Context;
@@ -25,15 +26,16 @@ fn request(name: &str) -> String {
     std::fs::read_to_string(root().join(format!("examples/{name}.json"))).unwrap()
 }
 
+fn read(text: &str) -> RenderRequest {
+    from_bytes(&Context::default(), text.as_bytes()).unwrap()
+}
+
 fn draw(text: &str) -> String {
-    let request: RenderRequest = serde_json::from_str(text).unwrap();
-    Render::compute(&Context::default(), request).unwrap()
+    Render::compute(&Context::default(), read(text)).unwrap()
 }
 
 fn refused(text: &str) -> String {
-    Render::compute(&Context::default(), serde_json::from_str(text).unwrap())
-        .unwrap_err()
-        .to_string()
+    Render::compute(&Context::default(), read(text)).unwrap_err().to_string()
 }
 
 /// Checks that tags nest and that text is escaped; returns the tags with their attributes.

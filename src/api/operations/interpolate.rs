@@ -202,9 +202,9 @@ mod tests {
     fn joints_are_listed_on_demand_and_measured_always() {
         let ask = |report: &str| {
             let body = format!(r#"{{"points":[[0,0],[1,2],[3,1],[4,5]]{report}}}"#);
-            Interpolate::compute(&Context::default(), serde_json::from_str(&body).unwrap())
-                .unwrap()
-                .continuity
+            let context = Context::default();
+            let request = crate::api::json::from_bytes(&context, body.as_bytes()).unwrap();
+            Interpolate::compute(&context, request).unwrap().continuity
         };
         let (default, full) = (ask(""), ask(r#","report":"full""#));
         assert_eq!(

@@ -214,10 +214,13 @@ impl Target {
     }
 }
 
-impl<'de> serde::Deserialize<'de> for Target {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct TargetVisitor;
-        impl<'de> serde::de::Visitor<'de> for TargetVisitor {
+impl<'de> crate::api::wire::Read<'de> for Target {
+    fn read<D: serde::Deserializer<'de>>(
+        reading: &crate::api::wire::Reading,
+        deserializer: D,
+    ) -> Result<Self, D::Error> {
+        struct TargetVisitor<'r>(&'r crate::api::wire::Reading<'r>);
+        impl<'de> serde::de::Visitor<'de> for TargetVisitor<'_> {
             type Value = Target;
 
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
@@ -232,11 +235,14 @@ impl<'de> serde::Deserialize<'de> for Target {
             }
 
             fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Target, A::Error> {
-                serde::Deserialize::deserialize(serde::de::value::MapAccessDeserializer::new(map))
-                    .map(Target)
+                <Basis as crate::api::wire::Read>::read(
+                    self.0,
+                    serde::de::value::MapAccessDeserializer::new(map),
+                )
+                .map(Target)
             }
         }
-        deserializer.deserialize_any(TargetVisitor)
+        deserializer.deserialize_any(TargetVisitor(reading))
     }
 }
 

@@ -3,13 +3,14 @@
 use std::marker::PhantomData;
 
 use bytemuck::TransparentWrapper;
-use serde::de::{DeserializeOwned, DeserializeSeed, Error as _, MapAccess, SeqAccess, Visitor};
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
 
 use crate::api::number_text::Numbers;
-use crate::api::wire::{raw, tolerant};
+use crate::api::wire::raw;
+use crate::api::wire::reading::{Read, Reading};
 use crate::api::writer::{Unwritten, Writer, Written};
 use crate::core::error::{At, Error, Fault};
 use crate::core::limits;
@@ -27,15 +28,7 @@ pub trait Described {
 }
 
 /// A JSON value that a request may hold: how it is read.
-pub trait Field: Described + DeserializeOwned {
-    /// Reads one; lists end where no curve is longer.
-    ///
-    /// # Errors
-    /// Whatever is not one.
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::deserialize(deserializer)
-    }
-
+pub trait Field: Described + for<'de> Read<'de> {
     /// Such values as rows of raw numbers, where a request may have them: those beginning at
     /// `start`.
     fn from_raw(_rows: raw::Rows) -> Option<Vec<Self>> {
@@ -55,56 +48,47 @@ pub(super) fn too_long<E: serde::de::Error>() -> E {
 /// How the refusal of a list that is too long begins.
 pub const TOO_LONG: &str = "the list has more than";
 
-/// Reads a value as a field does.
-struct Reader<T>(PhantomData<T>);
-
-impl<T> Clone for Reader<T> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<T> Copy for Reader<T> {}
-
-impl<'de, T: Field> DeserializeSeed<'de> for Reader<T> {
-    type Value = T;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
-        T::read(deserializer)
-    }
-}
-
 /// Reads the items that are left of a list, and all of them where the reader goes on after a fault.
 ///
 /// # Errors
 /// The first item that is none; more than [`ITEMS`].
-pub(super) fn read_each<'de, S, A>(
+pub(super) fn read_each<'de, T, A>(
+    reading: &Reading,
     seq: &mut A,
-    seed: S,
-    mut take: impl FnMut(S::Value),
+    mut take: impl FnMut(T),
 ) -> Result<(), A::Error>
 where
-    S: DeserializeSeed<'de> + Copy,
+    T: Read<'de>,
     A: SeqAccess<'de>,
 {
-    let (mut count, mut fault) = (0, None);
+    let (mut pace, mut count, mut fault) = (reading.pace(), 0, None);
     loop {
-        match seq.next_element_seed(seed) {
+        match seq.next_element_seed(reading.seed()) {
             Ok(Some(_)) if count == ITEMS => return Err(too_long()),
             Ok(Some(item)) => take(item),
             Ok(None) => break,
-            Err(error) if tolerant::reads_on() => fault = Some(error),
+            Err(error) if reading.goes_on() => fault = Some(error),
             Err(error) => return Err(error),
         }
+        pace.step().map_err(A::Error::custom)?;
         count += 1;
     }
     fault.map_or(Ok(()), Err)
 }
 
-/// The value of a key of an object.
-pub fn read_value<'de, T: Field, A: MapAccess<'de>>(map: &mut A) -> Result<T, A::Error> {
-    map.next_value_seed(Reader(PhantomData))
+/// Values that `serde` reads.
+macro_rules! read_by_serde {
+    ($($type:ty),*) => {
+        $(impl<'de> Read<'de> for $type {
+            #[inline]
+            fn read<D: Deserializer<'de>>(_: &Reading, deserializer: D) -> Result<Self, D::Error> {
+                Self::deserialize(deserializer)
+            }
+        })*
+    };
 }
+
+read_by_serde!(f64, i32, String, bool);
 
 impl Described for f64 {
     fn schema() -> RefOr<Schema> {
@@ -152,10 +136,12 @@ impl<T: Described> Described for Vec<T> {
     }
 }
 
-impl<T: Field> Field for Vec<T> {
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct List<T>(PhantomData<T>);
-        impl<'de, T: Field> Visitor<'de> for List<T> {
+impl<T: Field> Field for Vec<T> {}
+
+impl<'de, T: Field> Read<'de> for Vec<T> {
+    fn read<D: Deserializer<'de>>(reading: &Reading, deserializer: D) -> Result<Self, D::Error> {
+        struct List<'r, T>(&'r Reading<'r>, PhantomData<T>);
+        impl<'de, T: Field> Visitor<'de> for List<'_, T> {
             type Value = Vec<T>;
 
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
@@ -164,19 +150,19 @@ impl<T: Field> Field for Vec<T> {
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vec<T>, A::Error> {
                 let mut items = Vec::new();
-                read_each(&mut seq, Reader(PhantomData), |item| items.push(item))?;
+                read_each(self.0, &mut seq, |item| items.push(item))?;
                 Ok(items)
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Vec<T>, A::Error> {
-                let rows = raw::rows(map)?;
+                let rows = raw::rows(self.0, map)?;
                 let fault = |()| {
                     A::Error::custom(rows.misfit("0: a list of plain numbers (only lists of numbers and of points may be raw)"))
                 };
                 T::from_raw(rows.clone()).ok_or(()).map_err(fault)
             }
         }
-        raw::deserialize_list(deserializer, List(PhantomData))
+        raw::deserialize_list(reading, deserializer, List(reading, PhantomData))
     }
 }
 
@@ -224,8 +210,8 @@ impl Whole {
     const MOST: f64 = 9_007_199_254_740_992.0;
 }
 
-impl<'de> Deserialize<'de> for Whole {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+impl<'de> Read<'de> for Whole {
+    fn read<D: Deserializer<'de>>(_: &Reading, deserializer: D) -> Result<Self, D::Error> {
         struct WholeVisitor;
         impl Visitor<'_> for WholeVisitor {
             type Value = Whole;
@@ -270,10 +256,10 @@ impl Described for Whole {
 #[repr(transparent)]
 pub struct Tuple<T, const N: usize>(pub [T; N]);
 
-impl<'de, T: Field, const N: usize> Deserialize<'de> for Tuple<T, N> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+impl<'de, T: Field, const N: usize> Read<'de> for Tuple<T, N> {
+    fn read<D: Deserializer<'de>>(reading: &Reading, deserializer: D) -> Result<Self, D::Error> {
         // A list first: a reader of N values would take one too many for broken JSON.
-        let values = Vec::read(deserializer)?;
+        let values = Vec::read(reading, deserializer)?;
         let wrong = |values: Vec<T>| {
             serde::de::Error::invalid_length(values.len(), &format!("an array of {N}").as_str())
         };
@@ -319,8 +305,11 @@ macro_rules! names {
             }
         }
 
-        impl<'de> serde::Deserialize<'de> for $name {
-            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        impl<'de> $crate::api::wire::Read<'de> for $name {
+            fn read<D: serde::Deserializer<'de>>(
+                _: &$crate::api::wire::Reading,
+                deserializer: D,
+            ) -> Result<Self, D::Error> {
                 const NAMES: &[&str] = &[$($text),*];
                 struct NameVisitor;
                 impl serde::de::Visitor<'_> for NameVisitor {

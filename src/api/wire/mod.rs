@@ -10,6 +10,7 @@ mod field;
 mod object;
 mod points;
 pub mod raw;
+mod reading;
 mod report;
 mod rules;
 mod surface;
@@ -22,6 +23,7 @@ pub use object::{
     Part, Variant, constant, missing, one_of, refuse, schema_of, set, set_by, union_schema,
 };
 pub use points::{Points, Vector, space_list};
+pub use reading::{Read, Reading};
 pub use report::{Continuity, ReportStyle};
 pub use rules::{EndCondition, Parameterization};
 pub use surface::{Surface, SurfaceDomain};

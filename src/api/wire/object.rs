@@ -8,8 +8,7 @@ use utoipa::openapi::schema::{
     AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type,
 };
 
-use crate::api::wire::field::{Field, read_value};
-use crate::api::wire::tolerant;
+use crate::api::wire::reading::{Read, Reading};
 use crate::core::error::{Error, Fault, every};
 
 /// Declares a JSON object: `required` or `optional` fields, each with its documentation, its type
@@ -124,10 +123,13 @@ macro_rules! object_type {
             }
         }
 
-        impl<'de> serde::Deserialize<'de> for $name {
-            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                struct ObjectVisitor;
-                impl<'de> serde::de::Visitor<'de> for ObjectVisitor {
+        impl<'de> $crate::api::wire::Read<'de> for $name {
+            fn read<D: serde::Deserializer<'de>>(
+                reading: &$crate::api::wire::Reading,
+                deserializer: D,
+            ) -> Result<Self, D::Error> {
+                struct ObjectVisitor<'r>(&'r $crate::api::wire::Reading<'r>);
+                impl<'de> serde::de::Visitor<'de> for ObjectVisitor<'_> {
                     type Value = $name;
 
                     fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
@@ -135,17 +137,23 @@ macro_rules! object_type {
                     }
 
                     fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<$name, A::Error> {
+                        // A list of objects may take long to read.
+                        self.0.checkpoint::<A::Error>()?;
                         let mut object = $name::default();
                         while let Some(key) = map.next_key::<String>()? {
                             match key.as_str() {
-                                $(stringify!($field) => $crate::api::wire::set(&mut object.$field, stringify!($field), &mut map)?,)*
-                                _ => $crate::api::wire::refuse(&mut map, &key, &[$(stringify!($field)),*])?,
+                                $(stringify!($field) => $crate::api::wire::set(
+                                    self.0, &mut object.$field, stringify!($field), &mut map,
+                                )?,)*
+                                _ => $crate::api::wire::refuse(
+                                    self.0, &mut map, &key, &[$(stringify!($field)),*],
+                                )?,
                             }
                         }
                         Ok(object)
                     }
                 }
-                deserializer.deserialize_map(ObjectVisitor)
+                deserializer.deserialize_map(ObjectVisitor(reading))
             }
         }
 
@@ -296,39 +304,43 @@ macro_rules! described {
 
 /// Reads the value of a field into its place, once. Where the reader goes on after a fault, the
 /// place stays empty.
-pub fn set<'de, T: Field, A: MapAccess<'de>>(
+pub fn set<'de, T: Read<'de>, A: MapAccess<'de>>(
+    reading: &Reading,
     place: &mut Option<T>,
     name: &'static str,
     map: &mut A,
 ) -> Result<(), A::Error> {
-    set_by(place, name, map, read_value)
+    set_by(reading, place, name, map, |map| map.next_value_seed(reading.seed()))
 }
 
 /// The same for a value that is read in its own way.
 pub fn set_by<'de, T, A: MapAccess<'de>>(
+    reading: &Reading,
     place: &mut Option<T>,
     name: &'static str,
     map: &mut A,
     read: impl FnOnce(&mut A) -> Result<T, A::Error>,
 ) -> Result<(), A::Error> {
-    go_on(match place {
+    let read = match place {
         Some(_) => map.next_value_seed(Refusal::Repeated(name)),
         None => read(map).map(|value| *place = Some(value)),
-    })
+    };
+    go_on(reading, read)
 }
 
 /// Refuses a field that the object does not have.
 pub fn refuse<'de, A: MapAccess<'de>>(
+    reading: &Reading,
     map: &mut A,
     name: &str,
     known: &'static [&'static str],
 ) -> Result<(), A::Error> {
-    go_on(map.next_value_seed(Refusal::Unknown(name, known)))
+    go_on(reading, map.next_value_seed(Refusal::Unknown(name, known)))
 }
 
 /// A fault that the reader has noted does not end the object.
-fn go_on<E>(read: Result<(), E>) -> Result<(), E> {
-    if tolerant::reads_on() { Ok(()) } else { read }
+fn go_on<E>(reading: &Reading, read: Result<(), E>) -> Result<(), E> {
+    if reading.goes_on() { Ok(()) } else { read }
 }
 
 /// Fails while the value is read, and not before, so that the place of the fault is this field.

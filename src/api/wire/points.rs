@@ -1,17 +1,16 @@
 //! Lists of points, and single vectors: 2D or 3D.
 
 use std::fmt;
-use std::marker::PhantomData;
 
 use bytemuck::TransparentWrapper;
-use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::de::{Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
 
 use crate::api::number_text::Numbers;
 use crate::api::wire::field::{Components, Described, Field, number, read_each};
-use crate::api::wire::{raw, tolerant};
+use crate::api::wire::raw;
+use crate::api::wire::reading::{Read, Reading};
 use crate::api::writer::{Unwritten, Writer, Written};
 use crate::core::error::{Error, Fault};
 use crate::core::point::Point;
@@ -120,10 +119,13 @@ impl Vector {
 }
 
 /// The next coordinate of a point. Where the reader goes on after a fault, so do the coordinates.
-fn coordinate<'de, A: SeqAccess<'de>>(seq: &mut A) -> Result<Option<f64>, A::Error> {
+fn coordinate<'de, A: SeqAccess<'de>>(
+    reading: &Reading,
+    seq: &mut A,
+) -> Result<Option<f64>, A::Error> {
     let next = seq.next_element();
-    if next.is_err() && tolerant::reads_on() {
-        while coordinate(seq)?.is_some() {}
+    if next.is_err() && reading.goes_on() {
+        while coordinate(reading, seq)?.is_some() {}
     }
     next
 }
@@ -140,10 +142,10 @@ fn rest<'de, A: SeqAccess<'de>>(seq: &mut A) -> Result<usize, A::Error> {
 /// Exactly `D` numbers.
 struct Fixed<const D: usize>(Point<D>);
 
-impl<'de, const D: usize> Deserialize<'de> for Fixed<D> {
-    fn deserialize<R: Deserializer<'de>>(deserializer: R) -> Result<Self, R::Error> {
-        struct FixedVisitor<const D: usize>;
-        impl<'de, const D: usize> Visitor<'de> for FixedVisitor<D> {
+impl<'de, const D: usize> Read<'de> for Fixed<D> {
+    fn read<R: Deserializer<'de>>(reading: &Reading, deserializer: R) -> Result<Self, R::Error> {
+        struct FixedVisitor<'r, const D: usize>(&'r Reading<'r>);
+        impl<'de, const D: usize> Visitor<'de> for FixedVisitor<'_, D> {
             type Value = Fixed<D>;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -153,23 +155,23 @@ impl<'de, const D: usize> Deserialize<'de> for Fixed<D> {
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Fixed<D>, A::Error> {
                 let mut point = Point::ZERO;
                 for i in 0..D {
-                    point[i] =
-                        coordinate(&mut seq)?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                    point[i] = coordinate(self.0, &mut seq)?
+                        .ok_or_else(|| A::Error::invalid_length(i, &self))?;
                 }
-                match coordinate(&mut seq)? {
+                match coordinate(self.0, &mut seq)? {
                     Some(_) => Err(A::Error::invalid_length(D + 1 + rest(&mut seq)?, &self)),
                     None => Ok(Fixed(point)),
                 }
             }
         }
-        deserializer.deserialize_seq(FixedVisitor)
+        deserializer.deserialize_seq(FixedVisitor(reading))
     }
 }
 
-impl<'de> Deserialize<'de> for Vector {
-    fn deserialize<R: Deserializer<'de>>(deserializer: R) -> Result<Self, R::Error> {
-        struct VectorVisitor;
-        impl<'de> Visitor<'de> for VectorVisitor {
+impl<'de> Read<'de> for Vector {
+    fn read<R: Deserializer<'de>>(reading: &Reading, deserializer: R) -> Result<Self, R::Error> {
+        struct VectorVisitor<'r>(&'r Reading<'r>);
+        impl<'de> Visitor<'de> for VectorVisitor<'_> {
             type Value = Vector;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -177,26 +179,26 @@ impl<'de> Deserialize<'de> for Vector {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vector, A::Error> {
-                let short = |i: usize| A::Error::invalid_length(i, &VectorVisitor);
-                let x = coordinate(&mut seq)?.ok_or_else(|| short(0))?;
-                let y = coordinate(&mut seq)?.ok_or_else(|| short(1))?;
-                let Some(z) = coordinate(&mut seq)? else {
+                let short = |i: usize| A::Error::invalid_length(i, &self);
+                let x = coordinate(self.0, &mut seq)?.ok_or_else(|| short(0))?;
+                let y = coordinate(self.0, &mut seq)?.ok_or_else(|| short(1))?;
+                let Some(z) = coordinate(self.0, &mut seq)? else {
                     return Ok(Vector::Plane(Point([x, y])));
                 };
-                match coordinate(&mut seq)? {
+                match coordinate(self.0, &mut seq)? {
                     Some(_) => Err(short(4 + rest(&mut seq)?)),
                     None => Ok(Vector::Space(Point([x, y, z]))),
                 }
             }
         }
-        deserializer.deserialize_seq(VectorVisitor)
+        deserializer.deserialize_seq(VectorVisitor(reading))
     }
 }
 
-impl<'de> Deserialize<'de> for Points {
-    fn deserialize<R: Deserializer<'de>>(deserializer: R) -> Result<Self, R::Error> {
-        struct PointsVisitor;
-        impl<'de> Visitor<'de> for PointsVisitor {
+impl<'de> Read<'de> for Points {
+    fn read<R: Deserializer<'de>>(reading: &Reading, deserializer: R) -> Result<Self, R::Error> {
+        struct PointsVisitor<'r>(&'r Reading<'r>);
+        impl<'de> Visitor<'de> for PointsVisitor<'_> {
             type Value = Points;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -205,19 +207,24 @@ impl<'de> Deserialize<'de> for Points {
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Points, A::Error> {
                 fn after<'de, const D: usize, A: SeqAccess<'de>>(
+                    reading: &Reading,
                     first: Point<D>,
                     seq: &mut A,
                 ) -> Result<Vec<Point<D>>, A::Error> {
                     let mut points = vec![first];
-                    read_each(seq, PhantomData::<Fixed<D>>, |Fixed(point)| points.push(point))?;
+                    read_each(reading, seq, |Fixed(point)| points.push(point))?;
                     Ok(points)
                 }
-                match seq.next_element() {
-                    Ok(Some(Vector::Plane(first))) => after(first, &mut seq).map(Points::Plane),
-                    Ok(Some(Vector::Space(first))) => after(first, &mut seq).map(Points::Space),
+                match seq.next_element_seed(self.0.seed()) {
+                    Ok(Some(Vector::Plane(first))) => {
+                        after(self.0, first, &mut seq).map(Points::Plane)
+                    }
+                    Ok(Some(Vector::Space(first))) => {
+                        after(self.0, first, &mut seq).map(Points::Space)
+                    }
                     Ok(None) => Ok(Points::Plane(Vec::new())),
-                    Err(fault) if tolerant::reads_on() => {
-                        read_each(&mut seq, PhantomData::<Vector>, drop)?;
+                    Err(fault) if self.0.goes_on() => {
+                        read_each(self.0, &mut seq, drop::<Vector>)?;
                         Err(fault)
                     }
                     Err(fault) => Err(fault),
@@ -225,13 +232,13 @@ impl<'de> Deserialize<'de> for Points {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Points, A::Error> {
-                let rows = raw::rows(map)?;
+                let rows = raw::rows(self.0, map)?;
                 let points =
                     rows.points().map(Points::Plane).or_else(|| rows.points().map(Points::Space));
                 points.ok_or_else(|| A::Error::custom(rows.misfit("2 or 3: a list of points")))
             }
         }
-        raw::deserialize_list(deserializer, PointsVisitor)
+        raw::deserialize_list(reading, deserializer, PointsVisitor(reading))
     }
 }
 

@@ -1,8 +1,6 @@
 //! Requests in the raw format (see [`crate::api::output`]): lists of numbers and of points may
 //! stand after the header.
 
-use std::cell::RefCell;
-
 use crate::api::problem::Status;
 use bytes::Bytes;
 use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
@@ -10,39 +8,24 @@ use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use crate::api::output::{MAGIC, PREFIX};
 use crate::api::problem::Problem;
 use crate::api::wire::field::{ITEMS, too_long};
+use crate::api::wire::reading::Reading;
 use crate::core::point::Point;
 
-thread_local! {
-    /// The numbers of the request that this thread reads.
-    static NUMBERS: RefCell<Option<Bytes>> = const { RefCell::new(None) };
-}
-
-/// Reads a raw request: its header with `read`, the numbers at hand.
+/// Header and numbers of a raw request.
 ///
 /// # Errors
-/// Status 400: not the raw format; and whatever `read` refuses, lines and columns counted in the
-/// header.
-pub fn read<T>(body: &Bytes, read: impl FnOnce(&[u8]) -> Result<T, Problem>) -> Result<T, Problem> {
-    let (header, numbers) = split(body).ok_or_else(|| {
+/// Status 400: not the raw format.
+pub fn split(body: &Bytes) -> Result<(&[u8], Bytes), Problem> {
+    let (header, numbers) = parts(body).ok_or_else(|| {
         let detail =
             "the body is not in the raw format: it begins with 16 bytes, which are the magic SPRLINE1, the length of the header and zeros; \
              the header, which is JSON, and then numbers of 8 bytes follow";
         Problem::new(Status::BAD_REQUEST, "not_raw", "The body is not in the raw format", detail)
     })?;
-    /// Leaves no numbers behind, after a panic neither.
-    struct Clear;
-    impl Drop for Clear {
-        fn drop(&mut self) {
-            NUMBERS.take();
-        }
-    }
-    NUMBERS.replace(Some(body.slice_ref(numbers)));
-    let _clear = Clear;
-    read(header)
+    Ok((header, body.slice_ref(numbers)))
 }
 
-/// Header and numbers.
-fn split(body: &[u8]) -> Option<(&[u8], &[u8])> {
+fn parts(body: &[u8]) -> Option<(&[u8], &[u8])> {
     let (prefix, rest) = body.split_at_checked(PREFIX)?;
     let length = u32::from_le_bytes(prefix[8..12].try_into().ok()?);
     let (header, numbers) = rest.split_at_checked(usize::try_from(length).ok()?)?;
@@ -51,10 +34,11 @@ fn split(body: &[u8]) -> Option<(&[u8], &[u8])> {
 
 /// Reads a list: an array, and in a raw request also what stands for one.
 pub fn deserialize_list<'de, D: Deserializer<'de>, V: Visitor<'de>>(
+    reading: &Reading,
     deserializer: D,
     visitor: V,
 ) -> Result<V::Value, D::Error> {
-    let is_raw = NUMBERS.with_borrow(Option::is_some);
+    let is_raw = reading.numbers().is_some();
     if is_raw {
         deserializer.deserialize_any(visitor)
     } else {
@@ -73,7 +57,7 @@ pub struct Rows {
 ///
 /// # Errors
 /// Another object; numbers that are not there.
-pub fn rows<'de, A: MapAccess<'de>>(mut map: A) -> Result<Rows, A::Error> {
+pub fn rows<'de, A: MapAccess<'de>>(reading: &Reading, mut map: A) -> Result<Rows, A::Error> {
     let key: Option<String> = map.next_key()?;
     if key.as_deref() != Some("$f64") {
         return Err(A::Error::custom(
@@ -92,7 +76,7 @@ pub fn rows<'de, A: MapAccess<'de>>(mut map: A) -> Result<Rows, A::Error> {
         .checked_mul(columns.max(1))
         .and_then(|count| count.checked_mul(8))
         .and_then(|length| from?.checked_add(length));
-    let held = NUMBERS.with_borrow(Clone::clone).unwrap_or_default();
+    let held = reading.numbers().cloned().unwrap_or_default();
     match from.zip(to) {
         Some((from, to)) if to <= held.len() => Ok(Rows { bytes: held.slice(from..to), columns }),
         _ => Err(A::Error::custom(beyond(held.len() / 8, (start, rows, columns)))),

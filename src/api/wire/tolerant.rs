@@ -16,17 +16,8 @@ use serde_json::value::RawValue;
 
 use crate::api::json::{in_json_terms, shortened};
 use crate::api::wire::field::TOO_LONG;
-use crate::core::context::{Context, Pace};
+use crate::api::wire::reading::{Read, Reading};
 use crate::core::error::GATHERED;
-
-thread_local! {
-    static READS_ON: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Whether the reader on this thread goes on after a fault; asked only where there is one.
-pub fn reads_on() -> bool {
-    READS_ON.get()
-}
 
 /// A value that is not what was expected.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,43 +46,24 @@ impl Misfit {
 
 /// Reads what can be read of a JSON value, and what is wrong with the rest: the first faults, and
 /// how many there are.
-pub fn read<'de, T: de::Deserialize<'de>>(
-    context: &Context,
+pub fn read<'de, T: Read<'de>>(
+    reading: &Reading,
     text: &'de RawValue,
 ) -> (Option<T>, Vec<Misfit>, usize) {
-    /// Is over when it is over, after a panic too.
-    struct Reset;
-    impl Drop for Reset {
-        fn drop(&mut self) {
-            READS_ON.set(false);
-        }
-    }
-    READS_ON.set(true);
-    let _reset = Reset;
-    let notes = Notes {
-        found: RefCell::default(),
-        count: Cell::new(0),
-        path: RefCell::default(),
-        pace: RefCell::new(context.pace()),
-    };
-    let value = notes.noted(T::deserialize(Value { text, notes: &notes }));
+    let notes = Notes::default();
+    let value = notes.noted(T::read(&reading.going_on(), Value { text, notes: &notes }));
     (value.ok(), notes.found.take(), notes.count.get())
 }
 
 /// What has been found, and where the reader is.
-struct Notes<'c> {
+#[derive(Default)]
+struct Notes {
     found: RefCell<Vec<Misfit>>,
     count: Cell<usize>,
     path: RefCell<String>,
-    pace: RefCell<Pace<'c>>,
 }
 
-impl Notes<'_> {
-    /// Whether nobody waits any more: then lists and objects end.
-    fn ended(&self) -> bool {
-        self.pace.borrow_mut().step().is_err()
-    }
-
+impl Notes {
     /// Reads one level further in.
     fn within<T>(
         &self,
@@ -256,7 +228,7 @@ fn expectation(expected: &dyn Expected) -> String {
 #[derive(Clone, Copy)]
 struct Value<'de, 'n> {
     text: &'de RawValue,
-    notes: &'n Notes<'n>,
+    notes: &'n Notes,
 }
 
 impl<'de> Deserializer<'de> for Value<'de, '_> {
@@ -298,7 +270,7 @@ impl<'de> Deserializer<'de> for Value<'de, '_> {
 /// of the parser's.
 struct Opened<'n, V> {
     visitor: V,
-    notes: &'n Notes<'n>,
+    notes: &'n Notes,
 }
 
 macro_rules! pass_on {
@@ -351,7 +323,7 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Opened<'_, V> {
 /// The items of an array.
 struct Items<'n, A> {
     inner: A,
-    notes: &'n Notes<'n>,
+    notes: &'n Notes,
     index: usize,
 }
 
@@ -362,9 +334,6 @@ impl<'de, A: SeqAccess<'de>> SeqAccess<'de> for &mut Items<'_, A> {
         &mut self,
         seed: T,
     ) -> Result<Option<T::Value>, Failure> {
-        if self.notes.ended() {
-            return Ok(None);
-        }
         let Ok(Some(text)) = self.inner.next_element() else { return Ok(None) };
         let (index, notes) = (self.index, self.notes);
         self.index += 1;
@@ -375,7 +344,7 @@ impl<'de, A: SeqAccess<'de>> SeqAccess<'de> for &mut Items<'_, A> {
 /// The entries of an object.
 struct Entries<'n, A> {
     inner: A,
-    notes: &'n Notes<'n>,
+    notes: &'n Notes,
     key: Option<String>,
 }
 
@@ -388,9 +357,6 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for &mut Entries<'_, A> {
     ) -> Result<Option<K::Value>, Failure> {
         // A key that is no text, for half a surrogate pair, ends the object: it has been refused as
         // a whole before.
-        if self.notes.ended() {
-            return Ok(None);
-        }
         let Ok(Some(key)) = self.inner.next_key::<String>() else { return Ok(None) };
         let key = self.key.insert(key);
         seed.deserialize(key.as_str().into_deserializer()).map(Some)
