@@ -241,14 +241,16 @@ trait Solver<const D: usize> {
 ///
 /// ```
 /// use springline::core::basis::{Basis, Bezier};
+/// use springline::core::context::Context;
 /// use springline::core::fit::{Ends, Options, Parameters, Solve, fit};
 /// use springline::core::point::Point;
 ///
 /// let points = vec![Point([0.0, 0.0]), Point([1.0, 1.0]), Point([2.0, 1.0]), Point([3.0, 0.0])];
 /// let solve = Solve::ControlPoints { basis: Basis::Bezier(Bezier), order: 2 };
 /// let parameters = Parameters::ChordLength;
-/// let options = Options { weights: None, parameters, ends: Ends::Interpolate, parameter_correction: true, solve };
-/// let fit = fit(points, options)?;
+/// let ends = Ends::Interpolate;
+/// let options = Options { weights: None, parameters, ends, parameter_correction: true, solve };
+/// let fit = fit(&Context::default(), points, options)?;
 /// assert!(fit.error.max < 0.01);
 /// # Ok::<_, springline::core::error::Error>(())
 /// ```
