@@ -13,7 +13,7 @@ use springline::server::config::{self as config, Config};
 use springline::server::{Server, Signals};
 use springline::server::{commands, healthcheck};
 
-/// Requests allocate on one thread and free on another, and answers come in sheets of 256 KiB,
+/// Requests allocate on one thread and free on another, and answers come in chunks of 256 KiB,
 /// which the system's allocator would take from the system and give back each time.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;

@@ -26,7 +26,7 @@ pub const PART_LINES: usize = 128;
 
 /// Lines of a batch, and where in it they begin.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct BatchPart {
     /// The lines, each but perhaps the last with its end.
     pub text: Vec<u8>,
     /// The number of the first, from 1.
@@ -49,11 +49,11 @@ impl AddAssign for Tally {
     }
 }
 
-impl Part {
+impl BatchPart {
     /// The lines one by one.
-    pub fn split(&self) -> Vec<Part> {
+    pub fn split(&self) -> Vec<BatchPart> {
         let lines = self.text.split_inclusive(|byte| *byte == b'\n').enumerate();
-        lines.map(|(i, line)| Part { text: line.to_vec(), first: self.first + i }).collect()
+        lines.map(|(i, line)| BatchPart { text: line.to_vec(), first: self.first + i }).collect()
     }
 
     /// How many lines.
@@ -78,7 +78,7 @@ impl Part {
     /// The same, counted.
     ///
     /// # Errors
-    /// As [`Part::answer`].
+    /// As [`BatchPart::answer`].
     pub fn tell(
         &self,
         context: &Context,
@@ -215,7 +215,7 @@ impl Cutter {
     }
 
     /// The next part, if there are enough whole lines for one.
-    pub fn part(&mut self) -> Option<Part> {
+    pub fn part(&mut self) -> Option<BatchPart> {
         while let Some(length) = self.bytes[self.seen..].iter().position(|byte| *byte == b'\n') {
             self.seen += length + 1;
             self.whole += 1;
@@ -230,13 +230,13 @@ impl Cutter {
 
     /// What is left of what [`Cutter::part`] has seen: whole lines, and at the end of the stream
     /// one without its end.
-    pub fn rest(&mut self, is_end: bool) -> Option<Part> {
+    pub fn rest(&mut self, is_end: bool) -> Option<BatchPart> {
         let end = if is_end { self.bytes.len() } else { self.end };
         (end > self.cut).then(|| self.cut_off(end))
     }
 
-    fn cut_off(&mut self, end: usize) -> Part {
-        let part = Part { first: self.lines + 1, text: self.bytes[self.cut..end].to_vec() };
+    fn cut_off(&mut self, end: usize) -> BatchPart {
+        let part = BatchPart { first: self.lines + 1, text: self.bytes[self.cut..end].to_vec() };
         (self.cut, self.seen, self.end, self.whole) = (end, end, end, 0);
         self.lines += part.lines();
         part
@@ -252,7 +252,7 @@ mod tests {
         let text: String = (0..1000).map(|i| format!("{}\n", "x".repeat(i % 700))).collect();
         for piece in [1, 7, 1000, 100_000] {
             let (mut cutter, mut whole, mut lines) = (Cutter::default(), Vec::new(), 1);
-            let mut take = |part: Part| {
+            let mut take = |part: BatchPart| {
                 assert_eq!(part.first, lines);
                 lines += part.lines();
                 assert!(part.lines() <= PART_LINES);

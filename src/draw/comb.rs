@@ -21,7 +21,7 @@ pub struct Tooth {
 
 impl Tooth {
     /// The end of the line for a scale.
-    pub fn end(&self, scale: Scale) -> Point<2> {
+    pub fn end(&self, scale: CombScale) -> Point<2> {
         let line = self.bend * scale.reach;
         let cut = scale.longest / line.norm();
         self.base + if cut < 1.0 { line * cut } else { line }
@@ -70,7 +70,7 @@ fn bend<const D: usize>(velocity: Point<D>, acceleration: Point<D>) -> Option<Po
 
 /// How long the lines of a comb are.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scale {
+pub struct CombScale {
     /// The length of a line for curvature 1.
     reach: f64,
     /// No line is longer.
@@ -83,9 +83,9 @@ const OUTLIER: f64 = 5.0;
 /// The scale with which the longest line is a fifth of the picture. Where a few are far longer than
 /// the others, a near-cusp's, they would leave nothing of the rest: then the longest of those that
 /// are not is a fifth, and what is longer is cut there.
-pub fn scale(sketches: &[Sketch], bounds: &Bounds, given: Option<f64>) -> Scale {
+pub fn scale(sketches: &[Sketch], bounds: &Bounds, given: Option<f64>) -> CombScale {
     if let Some(reach) = given {
-        return Scale { reach, longest: f64::INFINITY };
+        return CombScale { reach, longest: f64::INFINITY };
     }
     let mut bends: Vec<f64> =
         sketches.iter().flat_map(|sketch| &sketch.teeth).map(|tooth| tooth.bend.norm()).collect();
@@ -94,7 +94,7 @@ pub fn scale(sketches: &[Sketch], bounds: &Bounds, given: Option<f64>) -> Scale 
     let usual = OUTLIER * bends.get(bends.len() * 9 / 10).copied().unwrap_or(0.0);
     let longest = 0.2 * bounds.size();
     let reach = longest / if usual > 0.0 { most.min(usual) } else { most };
-    if reach.is_finite() { Scale { reach, longest } } else { Scale { reach: 0.0, longest } }
+    if reach.is_finite() { CombScale { reach, longest } } else { CombScale { reach: 0.0, longest } }
 }
 
 /// The lines, and one line along their ends.
@@ -104,7 +104,7 @@ pub fn draw(
     sketches: &[Sketch],
     marks: &[Mark],
     frame: &Frame,
-    scale: Scale,
+    scale: CombScale,
 ) {
     canvas.open("comb", "fill=\"none\" stroke-width=\"0.8\" opacity=\"0.7\"");
     for (sketch, mark) in sketches.iter().zip(marks) {

@@ -167,7 +167,7 @@ fn bounds(
     picture: &Picture,
     sketches: &[Sketch],
     surfaces: &[Shaded],
-    comb: Option<comb::Scale>,
+    comb: Option<comb::CombScale>,
 ) -> Result<Bounds, Error> {
     let mut bounds = Bounds::EMPTY;
     let mut pace = context.pace();
@@ -217,7 +217,7 @@ fn draw_curves(
     picture: &Picture,
     sketches: &[Sketch],
     frame: &Frame,
-    comb: comb::Scale,
+    comb: comb::CombScale,
 ) {
     if sketches.is_empty() {
         return;

@@ -11,7 +11,7 @@ pub struct Tick {
 
 /// The numbers of an axis.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Scale {
+pub struct TickScale {
     /// The numbers, in order.
     pub ticks: Vec<Tick>,
     /// Where the texts would be long: what they leave out, as it is written behind the name of the
@@ -24,12 +24,12 @@ const LONGEST: usize = 7;
 
 /// The multiples of 1, 2 or 5 times a power of ten from `low` to `high`: the finest with at most
 /// `most` of them.
-pub fn scale(low: f64, high: f64, most: usize) -> Scale {
+pub fn scale(low: f64, high: f64, most: usize) -> TickScale {
     let span = high - low;
     let (finite, most) = (span.is_finite() && span > 0.0, most.max(2));
     let exact = high.abs().max(low.abs()) < span * 1e12;
     if !finite || !exact {
-        return Scale::default();
+        return TickScale::default();
     }
     let start = (span / most as f64).log10().floor() as i32;
     let steps = (start..start + 3).flat_map(|power| [1, 2, 5].map(|factor| (factor, power)));
@@ -55,7 +55,7 @@ fn multiple(count: f64, factor: i32, power: i32) -> f64 {
     if power < 0 { whole / 10f64.powi(-power) } else { whole * 10f64.powi(power) }
 }
 
-fn write((from, to, factor, power): Multiples) -> Scale {
+fn write((from, to, factor, power): Multiples) -> TickScale {
     let count = (to - from + 1.0).max(0.0) as usize;
     let at = |i: usize, base: f64| (from + i as f64) * f64::from(factor) - base;
     let texts = |base: f64| (0..count).map(|i| text(at(i, base) + 0.0, power)).collect::<Vec<_>>();
@@ -71,7 +71,7 @@ fn write((from, to, factor, power): Multiples) -> Scale {
         .into_iter()
         .enumerate()
         .map(|(i, text)| Tick { value: multiple(from + i as f64, factor, power) + 0.0, text });
-    Scale { ticks: ticks.collect(), offset }
+    TickScale { ticks: ticks.collect(), offset }
 }
 
 /// A whole number times a power of ten.
@@ -159,7 +159,7 @@ mod tests {
         for (low, high) in
             [(1.0, 1.0), (f64::NAN, 1.0), (-1e308, 1.7e308), (1e16, 1e16 + 2.0), (2.0, 1.0)]
         {
-            assert_eq!(scale(low, high, 8), Scale::default());
+            assert_eq!(scale(low, high, 8), TickScale::default());
         }
         assert!(!scale(0.0, 1e-307, 8).ticks.is_empty());
     }

@@ -22,7 +22,7 @@ use super::pool::Failure;
 use super::service::Service;
 use crate::api::chunks::Chunks;
 use crate::api::cost::Cost;
-use crate::api::lines::{Cutter, NDJSON, Part};
+use crate::api::lines::{BatchPart, Cutter, NDJSON};
 use crate::api::output::Format;
 use crate::api::problem::{Problem, Problems, Status};
 use crate::core::context::Context;
@@ -210,7 +210,7 @@ fn check_media_type(headers: &HeaderMap) -> Result<(), Problem> {
 async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
     let mut cutter = Cutter::default();
     let service = &batch.service;
-    let hand_out = |part: Part| {
+    let hand_out = |part: BatchPart| {
         let batch = batch.clone();
         send.send(Underway(tokio::spawn(async move {
             guarded(&part, &batch, compute(&part, &batch)).await
@@ -245,7 +245,7 @@ async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
         }
         // The line that did not arrive whole has the problem in its place.
         Some(problem) => {
-            let line = Part { text: b"-".to_vec(), first: cutter.line() };
+            let line = BatchPart { text: b"-".to_vec(), first: cutter.line() };
             let budget = service.memory.clone();
             let _ = send
                 .send(Underway(tokio::spawn(async move { line.refuse(&problem, &budget) })))
@@ -255,7 +255,11 @@ async fn read(mut body: Body, batch: Batch, send: mpsc::Sender<Underway>) {
 }
 
 /// What was computed; after a panic the problem in the place of every line.
-async fn guarded(part: &Part, batch: &Batch, computed: impl Future<Output = Chunks>) -> Chunks {
+async fn guarded(
+    part: &BatchPart,
+    batch: &Batch,
+    computed: impl Future<Output = Chunks>,
+) -> Chunks {
     AssertUnwindSafe(computed).catch_unwind().await.unwrap_or_else(|_| {
         batch.panicked("a batch; its lines have the problem in their place");
         part.refuse(&Problem::internal(), &batch.service.memory)
@@ -264,7 +268,7 @@ async fn guarded(part: &Part, batch: &Batch, computed: impl Future<Output = Chun
 
 /// Computes a part; where it is too slow or panics, line by line, so that each line has its own
 /// outcome.
-async fn compute(part: &Part, batch: &Batch) -> Chunks {
+async fn compute(part: &BatchPart, batch: &Batch) -> Chunks {
     let budget = &batch.service.memory;
     match attempt(part, batch).await {
         Ok(chunks) => chunks,
@@ -280,7 +284,7 @@ async fn compute(part: &Part, batch: &Batch) -> Chunks {
     }
 }
 
-async fn attempt(part: &Part, batch: &Batch) -> Result<Chunks, Problem> {
+async fn attempt(part: &BatchPart, batch: &Batch) -> Result<Chunks, Problem> {
     let (service, format) = (&batch.service, batch.format);
     loop {
         let bytes = part.text.len();
@@ -335,8 +339,11 @@ mod tests {
         panic!("on purpose")
     }
 
-    fn part() -> Part {
-        Part { text: b"{\"id\": \"a\", \"op\": \"fit\", \"body\": {}}\n\n{}\n".to_vec(), first: 5 }
+    fn part() -> BatchPart {
+        BatchPart {
+            text: b"{\"id\": \"a\", \"op\": \"fit\", \"body\": {}}\n\n{}\n".to_vec(),
+            first: 5,
+        }
     }
 
     #[tokio::test]

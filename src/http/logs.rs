@@ -153,7 +153,7 @@ impl Write for Lines {
 /// The line of one answer; every request has one, so as JSON it is written without the detour of
 /// events and visitors.
 #[derive(Serialize)]
-pub struct Answered<'a> {
+pub struct LogLine<'a> {
     /// The level, in capitals.
     pub level: &'static str,
     /// What it says.
@@ -172,7 +172,7 @@ pub struct Answered<'a> {
     pub seconds: f64,
 }
 
-impl Answered<'_> {
+impl LogLine<'_> {
     /// Logs it, if the log is of JSON; otherwise it is left to others.
     pub fn log(&self) -> bool {
         thread_local! {
@@ -234,7 +234,7 @@ mod tests {
             });
         });
         let ours = line(|queue| {
-            let answered = Answered {
+            let answered = LogLine {
                 level: "INFO",
                 message: "answered",
                 request_id,

@@ -13,7 +13,7 @@ use prometheus_client::metrics::gauge::Gauge;
 use uuid::{Builder, Uuid};
 
 use super::service::Service;
-use crate::http::logs::Answered;
+use crate::http::logs::LogLine;
 use crate::http::metrics::{OfRoute, UNKNOWN};
 use crate::http::traces::{Parent, Span};
 
@@ -185,7 +185,7 @@ impl Seen {
             ($level:ident) => {
                 if tracing::enabled!(tracing::Level::$level) {
                     let (level, message) = (stringify!($level), "answered");
-                    let answered = Answered {
+                    let answered = LogLine {
                         level,
                         message,
                         request_id,

@@ -179,16 +179,16 @@ impl Named {
     fn answer(&self, source: &Source, matches: &ArgMatches) -> Result<(), End> {
         let input = source.open(self.0.name(), "a request")?;
         if self.is_picture() {
-            let sheets = offline::operation(self.0.answer, Format::default(), input)?;
-            return Ok(printed(sheets)?);
+            let chunks = offline::operation(self.0.answer, Format::default(), input)?;
+            return Ok(printed(chunks)?);
         }
-        let sheets = offline::operation(self.0.answer, parsed::<Numbers>(matches).format(), input)?;
+        let chunks = offline::operation(self.0.answer, parsed::<Numbers>(matches).format(), input)?;
         let spacing = parsed::<Spacing>(matches);
         let newline = b"\n".as_slice();
         if spacing.pretty || (stdout().is_terminal() && !spacing.compact) {
-            return Ok(printed([pretty(&sheets.concat()).as_slice(), newline])?);
+            return Ok(printed([pretty(&chunks.concat()).as_slice(), newline])?);
         }
-        printed(sheets)?;
+        printed(chunks)?;
         Ok(printed([newline])?)
     }
 }

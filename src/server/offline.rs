@@ -9,7 +9,7 @@ use std::thread;
 
 use crate::api::chunks::{Buffer, Chunks};
 use crate::api::json::{MAX_DEPTH, check_depth};
-use crate::api::lines::{Cutter, Part, Tally};
+use crate::api::lines::{BatchPart, Cutter, Tally};
 use crate::api::memory::{self, Memory};
 use crate::api::operations::Answer;
 use crate::api::output::Format;
@@ -108,7 +108,7 @@ fn read(
 ) -> io::Result<()> {
     let (budget, mut cutter) = (memory::unlimited(), Cutter::default());
     let mut piece = vec![0; PIECE];
-    let hand_out = |part: Part, refusal: Option<Problem>| {
+    let hand_out = |part: BatchPart, refusal: Option<Problem>| {
         let (done, underway) = mpsc::sync_channel(1);
         let budget = budget.clone();
         let is_wanted = parts.send(Ok(underway)).is_ok();
@@ -130,7 +130,10 @@ fn read(
             }
         }
         if cutter.pending() > limits::BODY_BYTES {
-            hand_out(Part { text: b"-".to_vec(), first: cutter.line() }, Some(too_large("line")));
+            hand_out(
+                BatchPart { text: b"-".to_vec(), first: cutter.line() },
+                Some(too_large("line")),
+            );
             return Ok(());
         }
         if count == 0 {
@@ -141,7 +144,7 @@ fn read(
 
 /// Answers a part; a panic costs its lines, not the batch.
 fn compute(
-    part: &Part,
+    part: &BatchPart,
     refusal: Option<Problem>,
     format: Format,
     budget: &Arc<dyn Memory>,

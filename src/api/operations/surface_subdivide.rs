@@ -108,7 +108,7 @@ impl Operation for SurfaceSubdivide {
             &at.v.unwrap_or_default(),
             form,
         )?;
-        let piece = |piece: &core::Piece| SurfacePiece {
+        let piece = |piece: &core::PatchPiece| SurfacePiece {
             domain: piece.domain.into(),
             surface: (&piece.surface).into(),
         };

@@ -51,7 +51,7 @@ struct Specification;
 pub fn declared() -> OpenApi {
     let mut api = Specification::openapi();
     describe_keys(&mut api);
-    for (path, item, schemas) in operations::each(&operation::Described) {
+    for (path, item, schemas) in operations::each(&operation::Describe) {
         api.components.get_or_insert_default().schemas.extend(schemas);
         api.paths.paths.insert(path.into(), item);
     }

@@ -13,11 +13,11 @@ use crate::api::output::RAW;
 use crate::api::problem::Problems;
 
 /// Describes every operation: its path, what is there, and the schemas that this refers to.
-pub struct Described;
+pub struct Describe;
 
 type Schemas = Vec<(String, RefOr<Schema>)>;
 
-impl Visitor for Described {
+impl Visitor for Describe {
     type Made = (&'static str, PathItem, Schemas);
 
     fn visit<O: Operation>(&self) -> Self::Made {

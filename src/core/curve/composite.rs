@@ -327,7 +327,7 @@ impl<const D: usize> Evaluator<'_, D> {
             return points.extend(local.map(|(u, v)| self.within(segment, u, v)));
         }
         let lanes = lanes.get_or_insert_with(Lanes::new);
-        let place = lanes::Place {
+        let place = lanes::LocalFrame {
             origin: self.origins[segment],
             unit: self.unit,
             interval: self.breaks.interval(segment),

@@ -67,7 +67,7 @@ impl<const D: usize> Lanes<D> {
 }
 
 /// Where a segment is.
-pub(crate) struct Place<const D: usize> {
+pub(crate) struct LocalFrame<const D: usize> {
     /// What its points are relative to.
     pub(crate) origin: Point<D>,
     /// What they are to be multiplied by.
@@ -85,11 +85,11 @@ pub(crate) fn extend<const D: usize>(
     points: &mut Vec<Point<D>>,
     lanes: &mut Lanes<D>,
     scaled: &[Point<D>],
-    place: Place<D>,
+    place: LocalFrame<D>,
     parameters: &[f64],
 ) {
     let count = parameters.len().next_multiple_of(8);
-    let Place { origin, unit, interval } = place;
+    let LocalFrame { origin, unit, interval } = place;
     lanes.place(interval, parameters);
     let (few, fours) = scaled[1..].as_rchunks::<4>();
     match *few {

@@ -7,7 +7,7 @@ mod tessellate;
 
 pub use evaluate::{Places, SurfaceQuantities, SurfaceSamples, check_orders, evaluate};
 pub use patch::{Direction, Patch};
-pub use subdivide::{Piece, Pieces, subdivide};
+pub use subdivide::{PatchPiece, Pieces, subdivide};
 pub use tessellate::{Mesh, tessellate};
 
 use super::basis::Basis;

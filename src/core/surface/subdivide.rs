@@ -11,7 +11,7 @@ use crate::core::subdivide::Form;
 
 /// A piece with the rectangle of the whole surface's parameters that it covers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Piece {
+pub struct PatchPiece {
     /// The ranges of `u` and `v`.
     pub domain: [(f64, f64); 2],
     /// The piece as a surface over the native domains of its bases.
@@ -22,7 +22,7 @@ pub struct Piece {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pieces {
     /// The pieces, `u` changing slowest.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<PatchPiece>,
     /// Whether they are in their own families.
     pub in_family: bool,
     /// The product of the 2-norm condition numbers of the two shape matrices; 1 for Bezier pieces.
@@ -75,7 +75,7 @@ pub fn subdivide(
         // A fault has no place in the request: the net is not the one given.
         let surface =
             Surface::new(context, bezier(), bezier(), net).map_err(|error| error.fault)?;
-        Ok(Piece { domain: patch.domain(), surface })
+        Ok(PatchPiece { domain: patch.domain(), surface })
     };
     Ok(Pieces {
         pieces: patches.iter().map(piece).collect::<Result<_, Fault>>()?,
@@ -108,7 +108,7 @@ fn in_family(
     context: &Context,
     surface: &Surface,
     patches: &[Patch],
-) -> Result<(Vec<Piece>, f64), Fault> {
+) -> Result<(Vec<PatchPiece>, f64), Fault> {
     let [order_u, order_v] = surface.orders();
     let [u, v] = surface.bases();
     let (way_u, way_v) = (u.way_back(context, order_u)?, v.way_back(context, order_v)?);
@@ -124,7 +124,7 @@ fn in_family(
         let net = (0..=order_u).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
         let surface =
             Surface::new(context, u.clone(), v.clone(), net).map_err(|error| error.fault)?;
-        Ok(Piece { domain: patch.domain(), surface })
+        Ok(PatchPiece { domain: patch.domain(), surface })
     };
     let pieces = patches.iter().map(piece).collect::<Result<_, Fault>>()?;
     Ok((pieces, condition))
