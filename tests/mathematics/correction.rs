@@ -202,46 +202,54 @@ fn no_dense_solver_finds_better() {
     }
 }
 
-/// Feet, walked to downhill from the parameter before, and solves in turn: what correction used to
-/// be.
+/// The nearest place on the curve: of many, then walked downhill from there.
+fn nearest_foot(at: impl Fn(f64) -> P, p: P) -> f64 {
+    let places = (0..=400).map(|k| f64::from(k) / 400.0);
+    let mut t = places.min_by(|&a, &b| at(a).distance(p).total_cmp(&at(b).distance(p))).unwrap();
+    for h in [1e-3, 1e-4, 1e-5, 1e-6] {
+        for step in [h, -h] {
+            while at((t + step).clamp(0.0, 1.0)).distance(p) < at(t).distance(p) {
+                t = (t + step).clamp(0.0, 1.0);
+            }
+        }
+    }
+    t
+}
+
+/// Nearest feet and solves in turn, from the plain fit and from what correction found.
 #[test]
-fn feet_and_solves_in_turn_find_no_better() {
+fn nearest_feet_and_solves_in_turn_find_no_better() {
     for (name, points) in data() {
         for order in [3, 5] {
-            let best =
-                fit(&Context::default(), points.clone(), options(order, Ends::Interpolate, true))
-                    .unwrap();
-            let mut turn =
-                fit(&Context::default(), points.clone(), options(order, Ends::Interpolate, false))
-                    .unwrap();
-            for _ in 0..60 {
-                let q = polygon(&turn).to_vec();
-                let at = |t: f64| {
-                    bernstein(order, t)
-                        .iter()
-                        .zip(&q)
-                        .fold(Point::ZERO, |sum, (&b, &p)| sum + p * b)
-                };
-                let foot = |(&start, &p): (&f64, &P)| {
-                    let mut t = start;
-                    for h in [1e-2, 1e-3, 1e-4, 1e-5] {
-                        for step in [h, -h] {
-                            while at((t + step).clamp(0.0, 1.0)).distance(p) < at(t).distance(p) {
-                                t = (t + step).clamp(0.0, 1.0);
-                            }
-                        }
-                    }
-                    t
-                };
-                let mut t: Vec<f64> = turn.parameters.iter().zip(&points).map(foot).collect();
-                (t[0], t[points.len() - 1]) = (0.0, 1.0);
-                let given = Options {
-                    parameters: Parameters::Values(t),
-                    ..options(order, Ends::Interpolate, false)
-                };
-                let Ok(next) = fit(&Context::default(), points.clone(), given) else { break };
-                turn = next;
-                assert!(best.error.rms <= turn.error.rms * (1.0 + 1e-9), "{name}, order {order}");
+            let run = |on| {
+                fit(&Context::default(), points.clone(), options(order, Ends::Interpolate, on))
+                    .unwrap()
+            };
+            let best = run(true);
+            for mut turn in [run(false), best.clone()] {
+                for _ in 0..60 {
+                    let q = polygon(&turn).to_vec();
+                    let at = |t: f64| {
+                        bernstein(order, t)
+                            .iter()
+                            .zip(&q)
+                            .fold(Point::ZERO, |sum, (&b, &p)| sum + p * b)
+                    };
+                    let mut t: Vec<f64> = points.iter().map(|&p| nearest_foot(at, p)).collect();
+                    (t[0], t[points.len() - 1]) = (0.0, 1.0);
+                    let given = Options {
+                        parameters: Parameters::Values(t),
+                        ..options(order, Ends::Interpolate, false)
+                    };
+                    let Ok(next) = fit(&Context::default(), points.clone(), given) else { break };
+                    turn = next;
+                    assert!(
+                        best.error.rms <= turn.error.rms * 1.001,
+                        "{name}, order {order}: {:?} {:?}",
+                        best.error,
+                        turn.error
+                    );
+                }
             }
         }
     }
@@ -311,6 +319,19 @@ fn a_converged_fit_is_stationary_by_differences() {
     assert!(converged >= 16, "only {converged} of 22 converged");
 }
 
+/// How far parameters can be off, to first order, for offsets of this length: that over the least
+/// singular value of what parameters and control points together do to the offsets, at the hidden
+/// curve.
+fn told_apart(points: &[P], u: &[f64], order: usize, length: f64) -> f64 {
+    let given = Options {
+        parameters: Parameters::Values(u.to_vec()),
+        ..options(order, Ends::Interpolate, false)
+    };
+    let known = fit(&Context::default(), points.to_vec(), given).unwrap();
+    let dense = Dense { points, order, ends: Ends::Interpolate };
+    length / dense.jacobian(u, polygon(&known)).singular_values().min()
+}
+
 #[test]
 fn a_curve_sampled_at_unknown_parameters_comes_back() {
     for order in 2..=6 {
@@ -319,11 +340,22 @@ fn a_curve_sampled_at_unknown_parameters_comes_back() {
             let best =
                 fit(&Context::default(), points.clone(), options(order, ends, true)).unwrap();
             assert!(best.error.max < 1e-8 && best.ordered, "{order} {ends:?}: {:?}", best.error);
-            // At order 6 other parameters bring a curve as near as rounding tells.
-            if ends == Ends::Interpolate && order < 6 {
+            assert!(
+                order == 6 || (best.converged && best.error.max < 1e-13),
+                "{order} {ends:?}: {:?}",
+                best.error
+            );
+            // With free ends the curve may be a longer or shorter piece of the same polynomial.
+            if ends == Ends::Interpolate {
                 let off =
                     best.parameters.iter().zip(&u).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                assert!(off < 1e-5, "{order}: parameters off by {off:e}");
+                // At order 6 a hundredth in a parameter may move the offsets by some 1e-9 only.
+                let most = if order < 6 {
+                    1e-10
+                } else {
+                    told_apart(&points, &u, order, best.error.rms * 50f64.sqrt())
+                };
+                assert!(off <= most, "{order}: parameters off by {off:e}, not {most:e}");
             }
         }
     }
@@ -385,46 +417,46 @@ fn many_points_take_the_start_that_few_of_them_show() {
 fn shapes_are_found_with_their_parameters() {
     let control_points =
         vec![Point([0.0, 0.0]), Point([1.0, 3.0]), Point([4.0, 3.0]), Point([5.0, 0.0])];
-    for family in [Family::Beta, Family::AlphaBeta, Family::Quasi { degree: 5 }] {
+    let pulled = [control_points[0], Point([0.6, 1.8]), Point([4.4, 1.8]), control_points[3]];
+    let u = |i: usize| (i as f64 / 29.0).powi(2);
+    let at =
+        |t: f64| bernstein(3, t).iter().zip(&pulled).fold(Point::ZERO, |sum, (&b, &p)| sum + p * b);
+    let noise =
+        |i: usize| if i == 0 || i == 29 { Point::ZERO } else { Point([number(i), number(i + 40)]) };
+    for size in [0.03, 0.003] {
+        let points: Vec<_> = (0..30).map(|i| at(u(i)) + noise(i) * size).collect();
+        let spread = size * ((0..30).map(|i| noise(i).dot(noise(i))).sum::<f64>() / 30.0).sqrt();
         for ends in [Ends::Free, Ends::Interpolate] {
-            let pulled =
-                [control_points[0], Point([0.6, 1.8]), Point([4.4, 1.8]), control_points[3]];
-            let u = (0..30).map(|i| f64::from(i) / 29.0).map(|u| u * u);
-            let at = |t: f64| {
-                bernstein(3, t).iter().zip(&pulled).fold(Point::ZERO, |sum, (&b, &p)| sum + p * b)
-            };
-            let noise = |i: usize| {
-                if i == 0 || i == 29 {
-                    Point::ZERO
-                } else {
-                    Point([number(i), number(i + 40)]) * 0.03
-                }
-            };
-            let points: Vec<_> = u.enumerate().map(|(i, t)| at(t) + noise(i)).collect();
-            let run = |parameter_correction| {
-                let solve = Solve::Shape { family, control_points: control_points.clone() };
-                fit(
-                    &Context::default(),
-                    points.clone(),
-                    Options { ends, solve, ..options(3, ends, parameter_correction) },
-                )
-                .unwrap()
-            };
-            let (plain, best) = (run(false), run(true));
-            assert!(
-                best.error.rms < plain.error.rms,
-                "{family:?} {ends:?}: {:?} {:?}",
-                plain.error,
-                best.error
-            );
-            // The hidden curve is of this family, and the noise is its distance.
-            let spread = ((0..30).map(|i| noise(i).dot(noise(i))).sum::<f64>() / 30.0).sqrt();
-            assert!(
-                family == Family::Beta || best.error.rms < spread,
-                "{family:?} {ends:?}: {spread} {:?}",
-                best.error
-            );
-            assert!(best.converged, "{family:?} {ends:?}: {:?}", best.gradient);
+            // No curve of its degree is nearer.
+            let nearest =
+                fit(&Context::default(), points.clone(), options(5, ends, true)).unwrap().error.rms;
+            for family in [Family::Beta, Family::AlphaBeta, Family::Quasi { degree: 5 }] {
+                let run = |parameter_correction| {
+                    let solve = Solve::Shape { family, control_points: control_points.clone() };
+                    let options = Options { ends, solve, ..options(3, ends, parameter_correction) };
+                    fit(&Context::default(), points.clone(), options).unwrap()
+                };
+                let (plain, best) = (run(false), run(true));
+                let (before, after) = (plain.error.rms, best.error.rms);
+                let what = format!(
+                    "{family:?} {ends:?} {size}: {before:e} {after:e}, at least {nearest:e}, noise {spread:e}"
+                );
+                // With little noise a shape matrix may still creep along a valley after the last
+                // round.
+                assert!(
+                    best.converged || (size < 0.01 && matches!(family, Family::Quasi { .. })),
+                    "{what}: {:?}",
+                    best.gradient
+                );
+                assert!(after >= 0.99 * nearest, "{what}");
+                // The hidden curve is of these families, and the noise is its distance.
+                assert!(family == Family::Beta || after < spread, "{what}");
+                // With much noise a curve of degree 5 follows it without correction, and not even
+                // the nearest gains a quarter: there half of what can be gained, elsewhere a fifth.
+                let most =
+                    if nearest > 0.75 * before { 0.5 * (before + nearest) } else { 0.8 * before };
+                assert!(after <= most, "{what}");
+            }
         }
     }
 }

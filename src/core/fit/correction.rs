@@ -5,7 +5,7 @@
 
 use super::data::Data;
 use super::descent::{Descent, Search, State};
-use super::feet::feet;
+use super::feet::{feet, nearest_feet};
 use super::starts::{Warp, alternated, hops, warps};
 use super::{Fit, Parameters, Solved, Solver};
 use crate::core::context::Context;
@@ -21,6 +21,8 @@ const MANY: usize = 100;
 /// followed.
 const TURNS: usize = 10;
 const PROGRESS: f64 = 2e-6;
+/// The most times a descent goes on from the nearest feet.
+const LANDINGS: usize = 4;
 /// Hops that end the search, and by what part one must lower the sum to count.
 const VAIN: usize = 5;
 const WORTHWHILE: f64 = 1e-3;
@@ -95,6 +97,7 @@ fn beyond<const D: usize>(
         Some(start) => search.descend(context, start, None)?,
         None => search.descend(context, first, None)?,
     };
+    best = settled(context, search, best)?;
     best.rounds += found.rounds;
     Ok(best)
 }
@@ -108,7 +111,11 @@ fn explored<const D: usize>(
 ) -> Result<Descent<D>, Error> {
     let length = search.solver.length();
     let given = first.parameters.clone();
-    let mut starts = vec![alternated(context, search, &first)?];
+    let mut starts = vec![
+        alternated(context, search, &first, feet)?,
+        at_nearest_feet(context, search, &first)?,
+        alternated(context, search, &first, nearest_feet)?,
+    ];
     for other in rule.others() {
         starts.push(search.at(context, other.on_domain(search.data(), length)?)?);
     }
@@ -121,13 +128,44 @@ fn explored<const D: usize>(
     let joint =
         if any_polynomial { search.at(context, search.jointly(context, &first)?)? } else { None };
     let mut best = search.descend(context, first, None)?;
-    for start in starts.into_iter().chain([joint]) {
-        best = search.improved(context, best, start)?;
+    for start in starts.into_iter().chain([joint]).flatten() {
+        let end = search.descend(context, start, Some(best.state.squares))?;
+        let landed = at_nearest_feet(context, search, &end.state)?;
+        best = search.improved(context, best.or(end), landed)?;
     }
+    best = settled(context, search, best)?;
     if let Some(lower) = search.solver.lower() {
         best = from_lower(context, search, lower.as_ref(), best, &given, rule)?;
     }
     hopped(context, search, best)
+}
+
+/// The points at their nearest feet, wherever along the curve they are.
+fn at_nearest_feet<const D: usize>(
+    context: &Context,
+    search: &Search<D>,
+    state: &State<D>,
+) -> Result<Option<State<D>>, Error> {
+    let curve = state.solved.curve.composite(context)?;
+    search.at(context, nearest_feet(context, &curve, search.data(), &state.parameters)?)
+}
+
+/// On from the nearest feet, while that leads below: a foot may be the nearest of its
+/// neighbourhood only.
+fn settled<const D: usize>(
+    context: &Context,
+    search: &Search<D>,
+    mut best: Descent<D>,
+) -> Result<Descent<D>, Error> {
+    for _ in 0..LANDINGS {
+        let before = best.state.squares;
+        let start = at_nearest_feet(context, search, &best.state)?;
+        let Some(start) = start.filter(|start| start.squares < before * (1.0 - WORTHWHILE)) else {
+            break;
+        };
+        best = search.improved(context, best, Some(start))?;
+    }
+    Ok(best)
 }
 
 /// From around the best, until some hops in turn lead back to it, or above.
@@ -141,6 +179,9 @@ fn hopped<const D: usize>(
         let before = best.state.squares;
         let moved = best.state.parameters.iter().map(|&t| length * warp.at(t / length)).collect();
         best = search.improved(context, best, search.at(context, moved)?)?;
+        if best.state.squares < before {
+            best = settled(context, search, best)?;
+        }
         vain = if best.state.squares < before * (1.0 - WORTHWHILE) { 0 } else { vain + 1 };
         if vain == VAIN {
             break;

@@ -159,10 +159,7 @@ impl<'a, const D: usize> Search<'a, D> {
     ) -> Result<Descent<D>, Error> {
         let Some(start) = start else { return Ok(best) };
         let other = self.descend(context, start, Some(best.state.squares))?;
-        let rounds = best.rounds + other.rounds;
-        let better =
-            if other.state.squares < best.state.squares * (1.0 - SAME) { other } else { best };
-        Ok(Descent { rounds, ..better })
+        Ok(best.or(other))
     }
 
     /// Parameters that steps of Gauss and Newton lead to if the curve takes them too, and is not
@@ -245,6 +242,22 @@ impl<'a, const D: usize> Search<'a, D> {
         let of_curve = rounding(&state.solved.curve.bezier_points());
         let tolerance = (of_curve / length).min(ALMOST).max(of_data / length).max(STATIONARY);
         Ok((at.steepest(context)? / length, tolerance))
+    }
+}
+
+impl<const D: usize> Descent<D> {
+    /// The better of two, with the rounds of both. A stationary point is left for one that is not
+    /// only where that lowers the sum by more than its tolerance.
+    pub(super) fn or(self, other: Self) -> Self {
+        let rounds = self.rounds + other.rounds;
+        let leaves = self.is_stationary() && !other.is_stationary();
+        let worthwhile = if leaves { self.tolerance } else { SAME };
+        let lower = other.state.squares < self.state.squares * (1.0 - worthwhile);
+        Descent { rounds, ..if lower { other } else { self } }
+    }
+
+    fn is_stationary(&self) -> bool {
+        self.gradient <= self.tolerance
     }
 }
 

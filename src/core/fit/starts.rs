@@ -1,8 +1,9 @@
 //! Parameters to start from.
 
+use super::data::Data;
 use super::descent::{Search, State};
-use super::feet::feet;
 use crate::core::context::Context;
+use crate::core::curve::Composite;
 use crate::core::error::Error;
 
 /// Rounds of feet and solves.
@@ -71,17 +72,26 @@ pub(super) fn hops() -> impl Iterator<Item = Warp> {
     (10..10 + HOPS).map(|seed| Warp::random(seed, if seed % 2 == 0 { 0.15 } else { 0.4 }))
 }
 
+/// Where a search puts the points on a curve, from the parameters that they have.
+type Project<const D: usize> =
+    fn(&Context, &Composite<D>, &Data<D>, &[f64]) -> Result<Vec<f64>, Error>;
+
 /// Feet and solves in turn (Hoschek 1988).
 pub(super) fn alternated<const D: usize>(
     context: &Context,
     search: &Search<D>,
     first: &State<D>,
+    project: Project<D>,
 ) -> Result<Option<State<D>>, Error> {
-    let mut parameters =
-        feet(context, &first.solved.curve.composite(context)?, search.data(), &first.parameters)?;
+    let mut parameters = project(
+        context,
+        &first.solved.curve.composite(context)?,
+        search.data(),
+        &first.parameters,
+    )?;
     for _ in 1..ALTERNATIONS {
         let Some(state) = search.at(context, parameters)? else { return Ok(None) };
-        parameters = feet(
+        parameters = project(
             context,
             &state.solved.curve.composite(context)?,
             search.data(),
