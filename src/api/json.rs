@@ -6,6 +6,7 @@ use crate::api::problem::Status;
 use serde_json::value::RawValue;
 
 use crate::api::chunks::{Buffer, Stopped};
+use crate::api::error::{Error, Fault};
 use crate::api::memory;
 use crate::api::output::Format;
 use crate::api::problem::{FoundFault, Problem};
@@ -13,8 +14,8 @@ use crate::api::reader;
 use crate::api::wire::tolerant::{self as tolerant, Misfit};
 use crate::api::wire::{Read, Reading};
 use crate::api::writer::{self, Written};
+use crate::core;
 use crate::core::context::Context;
-use crate::core::error::{Error, Fault};
 
 /// What the body of an operation is.
 pub trait Request: for<'de> Read<'de> {
@@ -246,8 +247,8 @@ pub fn to_bytes(answer: &impl Written) -> Result<Vec<u8>, Problem> {
 pub fn not_written(error: io::Error) -> Problem {
     match error.get_ref().and_then(|error| error.downcast_ref()) {
         Some(Stopped::NoRoom) => Problem::overloaded("the memory for bodies and answers is in use"),
-        Some(Stopped::Cancelled) => Error::from(Fault::Cancelled).into(),
-        None => Error::from(Fault::Overflow).into(),
+        Some(Stopped::Cancelled) => Error::from(core::fault::Fault::Cancelled).into(),
+        None => Error::from(core::fault::Fault::Overflow).into(),
     }
 }
 

@@ -3,6 +3,7 @@
 
 pub mod chunks;
 pub mod cost;
+pub mod error;
 pub mod json;
 pub mod line;
 pub mod lines;
@@ -10,6 +11,7 @@ pub mod memory;
 pub mod number_text;
 pub mod operations;
 pub mod output;
+pub mod pointer;
 pub mod problem;
 pub mod reader;
 pub mod rounded;

@@ -6,8 +6,10 @@ use std::time::Duration;
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use crate::api::error::{self, Error};
 use crate::api::wire::tolerant::Misfit;
-use crate::core::error::{Error, Fault};
+use crate::core;
+use crate::core::fault::Fault;
 
 /// An HTTP status by its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -264,16 +266,22 @@ impl From<Misfit> for FoundFault {
     }
 }
 
-/// Status, code and title of each fault of the core.
-fn classify(fault: &Fault) -> (Status, &'static str, &'static str) {
+/// Status, code and title of each fault.
+fn classify(fault: &error::Fault) -> (Status, &'static str, &'static str) {
+    match fault {
+        error::Fault::Missing { .. } | error::Fault::MissingTag { .. } => {
+            (Status::BAD_REQUEST, "missing_field", "A field is missing")
+        }
+        error::Fault::ForeignField { .. } => {
+            (Status::BAD_REQUEST, "unknown_field", "A field does not belong here")
+        }
+        error::Fault::Core(fault) => classify_core(fault),
+    }
+}
+
+fn classify_core(fault: &Fault) -> (Status, &'static str, &'static str) {
     use Status as S;
     match fault {
-        Fault::Missing { .. } | Fault::MissingTag { .. } => {
-            (S::BAD_REQUEST, "missing_field", "A field is missing")
-        }
-        Fault::ForeignField { .. } => {
-            (S::BAD_REQUEST, "unknown_field", "A field does not belong here")
-        }
         Fault::TooLarge { .. } => (S::PAYLOAD_TOO_LARGE, "too_large", "Beyond a limit"),
         Fault::TooFew { .. } => (S::UNPROCESSABLE_ENTITY, "too_few", "Too few"),
         Fault::WrongCount { .. } => (S::UNPROCESSABLE_ENTITY, "wrong_count", "Counts do not match"),
@@ -314,11 +322,10 @@ fn classify(fault: &Fault) -> (Status, &'static str, &'static str) {
         Fault::ToleranceNotMet { .. } => {
             (S::UNPROCESSABLE_ENTITY, "tolerance_not_met", "The tolerance cannot be met")
         }
+        Fault::NotFinite => (S::UNPROCESSABLE_ENTITY, "not_finite", "A number is not finite"),
         Fault::Overflow => {
             (S::UNPROCESSABLE_ENTITY, "overflow", "The result is beyond double precision")
         }
-        // Every fault of several is classified by itself.
-        Fault::Several(_) => (S::UNPROCESSABLE_ENTITY, "several", "Several faults"),
         // The client that waited too long has been answered already.
         Fault::Cancelled => (S::GATEWAY_TIMEOUT, "deadline", "The deadline has passed"),
     }
@@ -329,6 +336,12 @@ impl From<Error> for Problem {
         let faults: Vec<FoundFault> = error.each().into_iter().map(FoundFault::from).collect();
         let total = faults.len();
         Problem::of_all(faults, total)
+    }
+}
+
+impl From<core::error::Error> for Problem {
+    fn from(error: core::error::Error) -> Self {
+        Error::from(error).into()
     }
 }
 

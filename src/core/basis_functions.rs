@@ -1,8 +1,10 @@
 //! The basis functions themselves, and what they promise.
 
+use super::argument::Argument;
 use super::basis::{Basis, Properties, ShapeMatrix};
 use super::bezier_form::bernstein;
-use super::error::{At, Error, Fault, at_least, at_most};
+use super::error::{Error, Locate};
+use super::fault::{Fault, at_least, at_most};
 use crate::core::context::Context;
 
 /// A basis at one order, sampled.
@@ -45,15 +47,15 @@ pub fn basis_functions(
     order: usize,
     count: usize,
 ) -> Result<BasisFunctions, Error> {
-    let degree = basis.degree(context, order).at("order")?;
-    check_count(context, count).at("count")?;
+    let degree = basis.degree(context, order).at(Argument::Order)?;
+    check_count(context, count).at(Argument::Count)?;
     at_most(
         "values in the answer",
         count * (order + 1),
         context.limits.answer_points,
         "Ask for fewer samples",
     )
-    .at("count")?;
+    .at(Argument::Count)?;
     let matrix = basis.shape_matrix(order);
     let fraction = |i: usize| i as f64 / (count - 1) as f64;
     let mut values = vec![Vec::with_capacity(count); order + 1];

@@ -4,7 +4,8 @@
 //! when it is not. That changes no result, only whether there is one.
 
 use super::cancellation::Cancellation;
-use super::error::{Error, Fault};
+use super::error::Error;
+use super::fault::Fault;
 use super::limits::Limits;
 
 /// The limits of a computation, and whether its result is still wanted.

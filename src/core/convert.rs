@@ -1,8 +1,10 @@
 //! The same curve in another basis.
 
+use super::argument::Argument;
 use super::basis::Basis;
 use super::curve::{Bases, Curve, Piecewise, Single};
-use super::error::{At, Error, Fault};
+use super::error::{Error, Locate};
+use super::fault::Fault;
 use super::local::placed;
 use super::point::Point;
 use crate::core::context::Context;
@@ -40,7 +42,7 @@ pub struct Construction<const D: usize> {
 /// (degree elevation). A single segment runs over the new basis's own domain. O(segments).
 ///
 /// # Errors
-/// At `to`: a basis that cannot write every curve of this degree. At `order`: one below the degree
+/// At the basis: a basis that cannot write every curve of this degree. At `order`: one below the degree
 /// of the curve, as degrees cannot be lowered exactly. At `curve`: a B-spline that jumps.
 pub fn convert<const D: usize>(
     context: &Context,
@@ -48,26 +50,26 @@ pub fn convert<const D: usize>(
     to: Basis,
     order: Option<usize>,
 ) -> Result<Converted<D>, Error> {
-    let composite = curve.composite(context).at("curve")?;
+    let composite = curve.composite(context).at(Argument::Curve)?;
     let degree = composite.degree();
     let order = order.or(to.own_order()).unwrap_or(degree);
     if order < degree {
         let why = format!(
             "the curve has degree {degree}, which cannot be lowered to {order} exactly; choose a basis and an order of at least {degree}"
         );
-        return Err(Fault::UnsuitableCurve(why).at("order"));
+        return Err(Fault::UnsuitableCurve(why).at(Argument::Order));
     }
-    let way = to.way_back(context, order).at("to")?;
+    let way = to.way_back(context, order).at(Argument::Basis)?;
     let construction = construction(curve);
     if let Curve::Single(_) = curve {
         let segment = composite.local(0);
         let points = way.control_points(&super::bezier_form::elevate(segment.points, order));
         let points = points.into_iter().map(|p| placed(segment.origin, p)).collect();
-        let curve = Curve::Single(Single::new(context, to, points)?);
+        let curve = Curve::Single(Single::new(context, to, points).of_result()?);
         return Ok(Converted { curve, condition: way.condition, construction });
     }
-    to.joinable(context, order).at("to")?;
-    composite.check_joined().at("curve")?;
+    to.joinable(context, order).at(Argument::Basis)?;
+    composite.check_joined().at(Argument::Curve)?;
     let (piecewise, condition) = Piecewise::from_composite(
         context,
         Bases::Common(to),

@@ -1,6 +1,7 @@
 //! The range of a parameter, and what counts as its ends.
 
-use super::error::{Error, Fault, every};
+use super::error::{Error, every};
+use super::fault::Fault;
 
 /// A parameter so many units in the last place of the domain's larger end (or less) outside is that
 /// end: callers compute parameters, and `0.1 + 0.2 + 0.7` is beyond 1.

@@ -1,9 +1,11 @@
 //! Points, derivatives and the moving frame along a curve.
 
+use super::argument::Argument;
 use super::bezier_form::{chord_error, split};
 use super::curve::{Composite, Curve, Segment};
 use super::domain::Domain;
-use super::error::{At, Error, Fault, at_least, at_most};
+use super::error::{Error, Locate};
+use super::fault::{Fault, at_least, at_most};
 use super::point::{Point, magnitude};
 use crate::core::context::Context;
 use crate::core::linear::lanes::uniform;
@@ -92,13 +94,13 @@ pub fn evaluate<const D: usize>(
     derivatives: usize,
     quantities: Quantities,
 ) -> Result<Samples<D>, Error> {
-    check_orders(context, derivatives).at("derivatives")?;
-    sampling.check(context).at("sampling")?;
+    check_orders(context, derivatives).at(Argument::Derivatives)?;
+    sampling.check(context).at(Argument::Sampling)?;
     if quantities.torsion && D != 3 {
         let why = "a curve in the plane has no torsion; ask for it with 3D control points, or leave it out";
-        return Err(Fault::UnsuitableCurve(why.into()).at("quantities"));
+        return Err(Fault::UnsuitableCurve(why.into()).at(Argument::Quantities));
     }
-    let composite = curve.composite(context).at("curve")?;
+    let composite = curve.composite(context).at(Argument::Curve)?;
     let parameters = parameters(context, &composite, sampling)?;
     let asked = 1 + derivatives + usize::from(quantities.tangent) + usize::from(quantities.normal);
     at_most(
@@ -144,12 +146,12 @@ impl Sampling {
             |count| at_most("samples", count, context.limits.samples, "Sample the curve in parts");
         match self {
             Sampling::Count(count) => {
-                at_least("samples", *count, 2).and_then(|()| few(*count)).at("count")
+                at_least("samples", *count, 2).and_then(|()| few(*count)).at(Argument::Count)
             }
             Sampling::Parameters(values) => at_least("parameters", values.len(), 1)
                 .and_then(|()| few(values.len()))
-                .at("values"),
-            Sampling::Tolerance(tolerance) => check_distance(*tolerance).at("tolerance"),
+                .at(Argument::Parameters),
+            Sampling::Tolerance(tolerance) => check_distance(*tolerance).at(Argument::Tolerance),
         }
     }
 }
@@ -192,14 +194,16 @@ fn parameters<const D: usize>(
         Sampling::Count(count) => Ok(uniform(a, b, *count as u32)),
         Sampling::Parameters(values) => Domain { ends: (a, b), name: "t", of: "curve" }
             .settle_all(values)
-            .at("values")
-            .at("sampling"),
+            .at(Argument::Parameters)
+            .at(Argument::Sampling),
         Sampling::Tolerance(tolerance) => {
-            check_tolerance(*tolerance, composite.magnitude()).at("tolerance").at("sampling")?;
-            composite.check_joined().at("curve")?;
+            check_tolerance(*tolerance, composite.magnitude())
+                .at(Argument::Tolerance)
+                .at(Argument::Sampling)?;
+            composite.check_joined().at(Argument::Curve)?;
             let pieces = flat_pieces(context, composite, *tolerance, context.limits.samples - 1)
-                .at("tolerance")
-                .at("sampling")?;
+                .at(Argument::Tolerance)
+                .at(Argument::Sampling)?;
             Ok(std::iter::once(a).chain(pieces.into_iter().map(|piece| piece.end)).collect())
         }
     }

@@ -1,9 +1,11 @@
 //! Composite cubics through points.
 
+use super::argument::Argument;
 use super::basis::{Basis, Bezier, WayBack};
 use super::continuity::{Report, Tolerance, piecewise_continuity};
 use super::curve::{Bases, PerSegment, Piecewise, finite_points};
-use super::error::{At, Error, Fault, at_least, at_most};
+use super::error::{Error, Locate};
+use super::fault::{Fault, at_least, at_most};
 use super::knots::Breaks;
 use super::parameterization::Parameterization;
 use super::point::Point;
@@ -99,6 +101,7 @@ fn written_in<const D: usize>(
 
 /// No point of the client's is at fault where a result is too large.
 fn overflow(error: Error) -> Error {
+    let error = error.of_result();
     if error.fault == Fault::Overflow { Fault::Overflow.into() } else { error }
 }
 
@@ -107,7 +110,7 @@ fn check<const D: usize>(
     points: &[Point<D>],
     shape: EndConditions<D>,
 ) -> Result<(), Error> {
-    let in_points = |fault: Fault| fault.at("points");
+    let in_points = |fault: Fault| fault.at(Argument::Points);
     at_least("points", points.len(), if shape == EndConditions::Closed { 3 } else { 2 })
         .map_err(in_points)?;
     at_most("points", points.len(), context.limits.data_points, "Interpolate them in parts")
@@ -123,11 +126,11 @@ fn check<const D: usize>(
         "Interpolate the points in parts",
     )
     .map_err(in_points)?;
-    finite_points(points).at("points")?;
+    finite_points(points).at(Argument::Points)?;
     if let EndConditions::Open(start, end) = shape {
         let both = start == End::NotAKnot && end == End::NotAKnot;
         let least = if both { 4 } else { 3 };
-        for (name, condition) in [("start", start), ("end", end)] {
+        for (name, condition) in [(Argument::Start, start), (Argument::End, end)] {
             if condition == End::NotAKnot && points.len() < least {
                 let what = if both {
                     "points with not-a-knot at both ends"
@@ -148,13 +151,13 @@ fn ways_back(
     bases: &Bases,
     segments: usize,
 ) -> Result<PerSegment<WayBack>, Error> {
-    bases.check_count(segments).at("bases")?;
+    bases.check_count(segments).at(Argument::Bases)?;
     bases.map(context, |i, basis| {
         let way =
             basis.way_back(context, 3).and_then(|way| basis.joinable(context, 3).map(|()| way));
         match bases {
-            Bases::Common(_) => way.at("basis"),
-            Bases::PerSegment(_) => way.at(i).at("bases"),
+            Bases::Common(_) => way.at(Argument::Basis),
+            Bases::PerSegment(_) => way.at(i).at(Argument::Bases),
         }
     })
 }

@@ -1,9 +1,11 @@
 //! Moving control points so that curves join smoothly.
 
+use super::argument::Argument;
 use super::basis::Basis;
 use super::continuity::{Class, Report, Tolerance, continuity};
 use super::curve::{Bases, Piecewise, Single};
-use super::error::{At, Error, Fault, at_least, at_most};
+use super::error::{Error, Locate};
+use super::fault::{Fault, at_least, at_most};
 use super::joint_rows::{Side, derivative_row};
 use super::knots::Breaks;
 use super::limits;
@@ -122,7 +124,7 @@ pub fn join<const D: usize>(
     smoothness: Smoothness,
     movable: Movable,
 ) -> Result<Joined<D>, Error> {
-    check(context, &curves).at("curves")?;
+    check(context, &curves).at(Argument::Curves)?;
     let mut chain = Chain::new(curves, smoothness, movable);
     if smoothness.geometric() {
         chain.descend(context)?;
@@ -141,7 +143,7 @@ fn check<const D: usize>(context: &Context, curves: &[Single<D>]) -> Result<(), 
             let rule = "joined curves have one order, that of the first; convert them to one first";
             let count = curve.order() + 1;
             return Err(Fault::WrongCount { what: "control points", count, expected, rule }
-                .at("control_points")
+                .at(Argument::ControlPoints)
                 .at(i));
         }
         context.checkpoint()?;
@@ -332,7 +334,7 @@ impl<const D: usize> Chain<D> {
             let why = format!(
                 "curve {left} has no tangent at its end (its first derivative vanishes there), so nothing can be tangent to it"
             );
-            return Err(Fault::UnsuitableCurve(why).at(left).at("curves"));
+            return Err(Fault::UnsuitableCurve(why).at(left).at(Argument::Curves));
         };
         let along = w.dot(tangent) / speed;
         let ratio = if along > 0.0 { along } else { w.norm() / speed };
@@ -396,7 +398,7 @@ impl<const D: usize> Chain<D> {
         }
         let smoothness = self.smoothness;
         // What the result exceeds, the curves of the request caused.
-        let placed = |error: Error| error.fault.at("curves");
+        let placed = |error: Error| error.of_result().fault.at(Argument::Curves);
         let gaps = (1..self.bases.len())
             .map(|i| self.points[i * per_curve - 1].distance(self.points[i * per_curve]));
         let gap = gaps.fold(0.0, f64::max);
@@ -413,9 +415,8 @@ impl<const D: usize> Chain<D> {
             continuity(context, &curve.composite(context)?, false, Tolerance::default())?;
         let together = gap <= limits::CONTINUITY_TOLERANCE * magnitude(curve.control_points());
         if !(together && smoothness.met_by(&continuity)) {
-            return Err(
-                Fault::UnsuitableCurve(impossible(smoothness, &continuity)).at("smoothness")
-            );
+            return Err(Fault::UnsuitableCurve(impossible(smoothness, &continuity))
+                .at(Argument::Smoothness));
         }
         let moved = moves.chunks_exact(per_curve).map(<[f64]>::to_vec).collect();
         Ok(Joined { curve, moved, continuity })

@@ -1,6 +1,7 @@
 //! Knot vectors that cannot be invalid.
 
-use super::error::{Error, Fault, at_least, at_most, increasing};
+use super::error::Error;
+use super::fault::{Fault, at_least, at_most, increasing};
 use crate::core::context::Context;
 
 /// The full knot vector of a B-spline: `control points + degree + 1` knots that do not decrease,
@@ -46,7 +47,7 @@ impl KnotVector {
         }
         // Differences of knots may still be too large for a double.
         if !(vector.knots[vector.knots.len() - 1] - vector.knots[0]).is_finite() {
-            return Err(Fault::Overflow.into());
+            return Err(beyond(&vector.knots));
         }
         Ok(vector)
     }
@@ -99,7 +100,7 @@ impl Breaks {
         at_most("segments", knots.len() - 1, context.limits.segments, "Send the curve in parts")?;
         increasing("knots", &knots, true)?;
         if !(knots[knots.len() - 1] - knots[0]).is_finite() {
-            return Err(Fault::Overflow.into());
+            return Err(beyond(&knots));
         }
         Ok(Breaks(knots))
     }
@@ -157,6 +158,14 @@ impl Breaks {
     pub fn local(&self, segment: usize, t: f64) -> (f64, f64) {
         let (a, b) = self.interval(segment);
         ((t - a) / (b - a), (b - t) / (b - a))
+    }
+}
+
+/// Knots in order whose span is not finite: one of them is not, or they are too far apart.
+fn beyond(knots: &[f64]) -> Error {
+    match knots.iter().position(|knot| !knot.is_finite()) {
+        Some(i) => Fault::NotFinite.at(i),
+        None => Fault::Overflow.into(),
     }
 }
 

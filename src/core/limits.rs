@@ -4,7 +4,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::error::{Error, Fault};
+use super::fault::Fault;
 
 /// The largest request body: what 100,000 interpolated 3D points become fits.
 pub const BODY_BYTES: usize = 32 * 1024 * 1024;
@@ -73,12 +73,12 @@ impl Limits {
     /// These limits, if each is one that may be set.
     ///
     /// # Errors
-    /// At the field: [`Fault::OutOfRange`].
-    pub fn checked(self) -> Result<Self, Error> {
+    /// [`Fault::OutOfRange`].
+    pub fn checked(self) -> Result<Self, Fault> {
         for (what, value, range) in self.ranges() {
             if !range.contains(&value) {
                 let allowed = format!("{} <= {what} <= {}", range.start(), range.end());
-                return Err(Fault::OutOfRange { what, value: value as f64, allowed }.at(what));
+                return Err(Fault::OutOfRange { what, value: value as f64, allowed });
             }
         }
         Ok(self)

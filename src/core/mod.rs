@@ -6,6 +6,7 @@
 //! curve. [`basis`] makes `M`; [`bezier_form`] does everything with `Q`; [`curve`] joins segments;
 //! one file per operation does the rest.
 
+pub mod argument;
 pub mod basis;
 pub mod basis_functions;
 pub mod bezier_form;
@@ -18,6 +19,7 @@ mod distance;
 pub mod domain;
 pub mod error;
 pub mod evaluate;
+pub mod fault;
 pub mod fit;
 mod gaps;
 pub mod interpolate;

@@ -1,6 +1,8 @@
 //! How data points get their parameters.
 
-use super::error::{At, Error, Fault, increasing};
+use super::argument::Argument;
+use super::error::{Error, Locate};
+use super::fault::{Fault, increasing};
 use super::knots::Breaks;
 use super::point::Point;
 use crate::core::context::Context;
@@ -56,10 +58,12 @@ impl Parameterization {
                         expected: count,
                         rule,
                     }
-                    .at("knots")
-                    .at("parameterization"));
+                    .at(Argument::Knots)
+                    .at(Argument::Parameterization));
                 }
-                increasing("knots", knots, true).at("knots").at("parameterization")?;
+                increasing("knots", knots, true)
+                    .at(Argument::Knots)
+                    .at(Argument::Parameterization)?;
                 knots.clone()
             }
             rule => rule.sums(points, count),
@@ -77,10 +81,10 @@ impl Parameterization {
                     strictly: true,
                 };
                 let fault = if knots[i].is_finite() { too_close } else { Fault::Overflow };
-                return Err(fault.at(if closing { i - 1 } else { i }).at("points"));
+                return Err(fault.at(if closing { i - 1 } else { i }).at(Argument::Points));
             }
             let repeated = Fault::RepeatedPoint { parameterization: self.name(), closing };
-            return Err(repeated.at(if closing { i - 1 } else { i }).at("points"));
+            return Err(repeated.at(if closing { i - 1 } else { i }).at(Argument::Points));
         }
         Breaks::new(context, knots)
     }

@@ -1,9 +1,11 @@
 //! New shape parameters on fixed control points.
 
+use super::argument::Argument;
 use super::continuity::{Class, Report, Tolerance, continuity};
 use super::curve::{Bases, Composite, Curve, Piecewise, Single};
 use super::distance::largest_distance;
-use super::error::{At, Error, Fault};
+use super::error::{Error, Locate};
+use super::fault::Fault;
 use super::joint_rows::{Side, derivative_row};
 use super::point::Point;
 use crate::core::context::Context;
@@ -54,11 +56,11 @@ pub fn reshape<const D: usize>(
     bases: Bases,
     keep: Keep,
 ) -> Result<Reshaped<D>, Error> {
-    let old = curve.composite(context).at("curve")?;
+    let old = curve.composite(context).at(Argument::Curve)?;
     let new = match curve {
         Curve::BSpline(_) => {
             let why = "a bspline has no shape parameters; convert it to another basis first";
-            return Err(Fault::UnsuitableCurve(why.into()).at("curve"));
+            return Err(Fault::UnsuitableCurve(why.into()).at(Argument::Curve));
         }
         Curve::Single(single) => Curve::Single(reshaped_single(context, single, bases, keep)?),
         Curve::Piecewise(piecewise) => {
@@ -91,19 +93,20 @@ fn reshaped_single<const D: usize>(
     bases: Bases,
     keep: Keep,
 ) -> Result<Single<D>, Error> {
-    bases.check_count(1).at("bases")?;
+    bases.check_count(1).at(Argument::Bases)?;
     let basis = bases.of(0).clone();
     let points = match keep {
         Keep::C2 => {
-            check_degree(&single.composite(context)?, single.order()).at("keep")?;
+            check_degree(&single.composite(context)?, single.order()).at(Argument::Keep)?;
             basis
                 .way_back(context, single.order())
-                .at("keep")?
+                .at(Argument::Keep)?
                 .control_points(&single.bezier_points())
         }
         _ => single.control_points().to_vec(),
     };
-    Single::new(context, basis, points).map_err(|error| Error::from(error.fault).at("basis"))
+    Single::new(context, basis, points)
+        .map_err(|error| Error::from(error.of_result().fault).at(Argument::Basis))
 }
 
 fn reshaped_piecewise<const D: usize>(
@@ -114,7 +117,7 @@ fn reshaped_piecewise<const D: usize>(
     keep: Keep,
 ) -> Result<Piecewise<D>, Error> {
     let (order, breaks, closed) = (old.order(), old.breaks(), old.closed());
-    bases.check_count(breaks.segments()).at("bases")?;
+    bases.check_count(breaks.segments()).at(Argument::Bases)?;
     bases.check_each(context, |basis| {
         if keep == Keep::C2 {
             basis.way_back(context, order).map(drop)
@@ -123,7 +126,7 @@ fn reshaped_piecewise<const D: usize>(
         }
     })?;
     if keep == Keep::C2 {
-        check_degree(composite, order).at("keep")?;
+        check_degree(composite, order).at(Argument::Keep)?;
         return Ok(Piecewise::from_composite(context, bases, order, composite, closed)?.0);
     }
     let mut points = old.control_points().to_vec();
@@ -132,11 +135,11 @@ fn reshaped_piecewise<const D: usize>(
         return Ok(bent);
     }
     let kept = kept_joints(context, old, composite, keep)?;
-    let changes = mend(context, &bent, &kept).at("keep")?;
+    let changes = mend(context, &bent, &kept).at(Argument::Keep)?;
     for (point, change) in points.iter_mut().zip(changes) {
         *point += change;
     }
-    Piecewise::new(context, bent.bases().clone(), order, breaks.clone(), closed, points)
+    Piecewise::new(context, bent.bases().clone(), order, breaks.clone(), closed, points).of_result()
 }
 
 /// A joint to keep smooth: its segments, and the ratio of the speeds after and before it.

@@ -1,11 +1,13 @@
 //! Cutting a curve into pieces that together run over the same curve.
 
+use super::argument::Argument;
 use super::basis::{Basis, Bezier};
 use super::bezier_form::{evaluate, split};
 use super::curve::{Bases, Composite, Curve, Piecewise, Segment};
 use super::domain::Domain;
-use super::error::{At, Error, Fault, at_most, increasing};
+use super::error::{Error, Locate};
 use super::evaluate::{Piece, check_distance, check_tolerance, flat_pieces};
+use super::fault::{Fault, at_most, increasing};
 use super::knots::Breaks;
 use super::point::Point;
 use crate::core::context::Context;
@@ -29,7 +31,7 @@ impl Cuts {
     /// At `tolerance`: no distance.
     pub fn check(&self) -> Result<(), Error> {
         match self {
-            Cuts::Flatness(tolerance) => check_distance(*tolerance).at("tolerance"),
+            Cuts::Flatness(tolerance) => check_distance(*tolerance).at(Argument::Tolerance),
             Cuts::Parameters(_) | Cuts::Depth(_) => Ok(()),
         }
     }
@@ -75,26 +77,26 @@ pub fn subdivide<const D: usize>(
     cuts: &Cuts,
     form: Form,
 ) -> Result<Subdivision<D>, Error> {
-    let composite = curve.composite(context).at("curve")?;
+    let composite = curve.composite(context).at(Argument::Curve)?;
     let settled = match cuts {
         Cuts::Parameters(values) => {
             let domain = Domain { ends: composite.breaks().domain(), name: "t", of: "curve" };
-            domain.settle_all(values).at("values").at("at")?
+            domain.settle_all(values).at(Argument::Parameters).at(Argument::Cuts)?
         }
         Cuts::Depth(_) | Cuts::Flatness(_) => Vec::new(),
     };
     let pieces = match cuts {
-        Cuts::Parameters(_) => cut_at(context, &composite, &settled).at("values"),
-        Cuts::Depth(depth) => halved(context, &composite, *depth).at("depth"),
-        Cuts::Flatness(tolerance) => flat(context, &composite, *tolerance).at("tolerance"),
+        Cuts::Parameters(_) => cut_at(context, &composite, &settled).at(Argument::Parameters),
+        Cuts::Depth(depth) => halved(context, &composite, *depth).at(Argument::Depth),
+        Cuts::Flatness(tolerance) => flat(context, &composite, *tolerance).at(Argument::Tolerance),
     };
-    let pieces = pieces.at("at")?;
+    let pieces = pieces.at(Argument::Cuts)?;
     let segments = pieces.iter().map(|piece| Segment {
         origin: composite.local(piece.segment).origin,
         points: &piece.points,
     });
     let cut = Composite::from_segments(context, breaks(context, &composite, &pieces)?, segments)?;
-    cut.check_joined().at("curve")?;
+    cut.check_joined().at(Argument::Curve)?;
     let (in_family, (pieces_curve, condition)) = assemble(context, curve, &cut, &pieces, form)?;
     let (split_parameters, split_points) = match cuts {
         Cuts::Parameters(_) => {
@@ -225,7 +227,9 @@ fn assemble<const D: usize>(
     if form != Form::Bezier {
         match in_family(context, curve, cut, pieces) {
             Ok(family) => return Ok((true, family)),
-            Err(error) if form == Form::Family => return Err(Error::from(error.fault).at("form")),
+            Err(error) if form == Form::Family => {
+                return Err(Error::from(error.fault).at(Argument::Form));
+            }
             Err(_) => context.checkpoint()?,
         }
     }

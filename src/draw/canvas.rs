@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::core::context::Context;
-use crate::core::error::{Error, Fault};
+use crate::core::error::Error;
+use crate::core::fault::Fault;
 use crate::core::point::Point;
 use crate::draw::cubics::drawable;
 use crate::draw::frame::Frame;

@@ -1,7 +1,8 @@
 //! From the units of the client to pixels.
 
 use crate::core::bezier_form::split;
-use crate::core::error::{Error, Fault};
+use crate::core::error::Error;
+use crate::core::fault::Fault;
 use crate::core::point::Point;
 use crate::draw::view::{Box3, project};
 

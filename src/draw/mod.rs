@@ -21,9 +21,11 @@ mod view;
 pub use palette::COLORS;
 pub use text::{check_text, escape};
 
+use crate::core::argument::Argument;
 use crate::core::context::Context;
 use crate::core::curve::Curve;
-use crate::core::error::{At, Error, at_most};
+use crate::core::error::{Error, Locate};
+use crate::core::fault::at_most;
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::surface::Surface;
@@ -143,7 +145,9 @@ fn all<const D: usize>(
     view: fn(Point<D>) -> Point<2>,
     comb: bool,
 ) -> Result<Vec<Sketch>, Error> {
-    let sketch = |(i, curve)| Sketch::of(context, curve, view, comb).at("curve").at(i).at("curves");
+    let sketch = |(i, curve)| {
+        Sketch::of(context, curve, view, comb).at(Argument::Curve).at(i).at(Argument::Curves)
+    };
     curves.iter().enumerate().map(sketch).collect()
 }
 

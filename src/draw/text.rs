@@ -1,6 +1,6 @@
 //! Numbers and words in XML.
 
-use crate::core::error::Fault;
+use crate::core::fault::Fault;
 
 /// A pixel coordinate, rounded to 1/100.
 pub fn number(x: f64) -> String {

@@ -79,7 +79,7 @@ impl Computation {
             move |context: &Context, request: O::Request, body: &[u8]| -> Result<Chunks, Problem> {
                 let mut buffer = Buffer::new(context, &written_by.memory)
                     .with_threads(1 + written_by.pool.idle());
-                O::compute(context, request)
+                O::answer(context, request)
                     .map_err(|error| json::refused(error, body))?
                     .write(format, &mut buffer)?;
                 Ok(buffer.finish())

@@ -19,8 +19,9 @@ use springline::core::context::Context;
 use springline::core::continuity::{Tolerance, continuity};
 use springline::core::convert::convert;
 use springline::core::curve::{BSpline, Bases, Composite, Curve, Piecewise, Single};
-use springline::core::error::{Error, Fault};
+use springline::core::error::Error;
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
+use springline::core::fault::Fault;
 use springline::core::fit::{Ends, Family, Options, Parameters, Solve, fit};
 use springline::core::interpolate::{End, EndConditions, interpolate};
 use springline::core::join::{Movable, Smoothness, join};
@@ -44,11 +45,11 @@ enum Outcome {
     Cancelled,
 }
 
-impl<T> From<Result<T, Error>> for Outcome {
-    fn from(result: Result<T, Error>) -> Self {
-        match result {
+impl<T, E: Into<springline::api::error::Error>> From<Result<T, E>> for Outcome {
+    fn from(result: Result<T, E>) -> Self {
+        match result.map_err(Into::into) {
             Ok(_) => Outcome::Done,
-            Err(error) if error.fault == Fault::Cancelled => Outcome::Cancelled,
+            Err(error) if error.fault == Fault::Cancelled.into() => Outcome::Cancelled,
             Err(_) => Outcome::Refused,
         }
     }
@@ -175,7 +176,7 @@ fn picture(curves: Vec<Curve<3>>, surfaces: Vec<Surface>) -> Run {
 /// An operation as the service runs it, from the bytes of a request.
 fn request<Request, Answer>(
     body: String,
-    operation: fn(&Context, Request) -> Result<Answer, Error>,
+    operation: fn(&Context, Request) -> Result<Answer, springline::api::error::Error>,
 ) -> Run
 where
     Request: springline::api::json::Request + 'static,

@@ -9,7 +9,7 @@ use springline::core::bezier_form::split;
 use springline::core::context::Context;
 use springline::core::continuity::{Class, Report, Tolerance, continuity};
 use springline::core::curve::{Bases, Curve, Piecewise};
-use springline::core::error::Fault;
+use springline::core::fault::Fault;
 use springline::core::interpolate::{End, EndConditions, Interpolant, interpolate};
 use springline::core::limits::CONTINUITY_TOLERANCE;
 use springline::core::parameterization::Parameterization;
@@ -368,7 +368,7 @@ fn the_middle_row_of_an_even_degree_is_not_free() {
     let (first, mirrored) = (vec![0.25, 0.75, 0.0], vec![0.25, 0.5, 0.25]);
     assert!(symmetric(vec![first.clone(), mirrored.clone()]).is_ok());
     let lopsided = symmetric(vec![first.clone(), vec![0.3, 0.5, 0.2]]).unwrap_err();
-    assert_eq!(lopsided.place.to_string(), "/upper_rows/1/0");
+    assert_eq!(lopsided.place.to_string(), "/upper rows/1/0");
     // Eq. (30) would have ceil((d + 1) / 2) = 3 free rows.
     assert!(matches!(
         symmetric(vec![first.clone(), mirrored, first]).unwrap_err().fault,

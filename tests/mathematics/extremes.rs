@@ -5,8 +5,8 @@ use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, ShapeParame
 use springline::core::context::Context;
 use springline::core::continuity::{Class, Tolerance, continuity};
 use springline::core::curve::{BSpline, Bases, Curve, Piecewise, Single};
-use springline::core::error::Fault;
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
+use springline::core::fault::Fault;
 use springline::core::interpolate::{End, EndConditions, interpolate};
 use springline::core::knots::Breaks;
 use springline::core::limits::CONTINUITY_TOLERANCE;
@@ -526,7 +526,7 @@ fn halving_an_interval_without_doubles_inside_blamed_a_knot() {
         let curve = piecewise(1, vec![start, end], false, wander(2, 1.0));
         let error =
             subdivide(&Context::default(), &curve, &Cuts::Depth(5), Form::Auto).unwrap_err();
-        assert_eq!(error.place.to_string(), "/at/depth", "{error}");
+        assert_eq!(error.place.to_string(), "/cuts/depth", "{error}");
         assert_eq!(domain(&curve), (start, end));
     }
 }

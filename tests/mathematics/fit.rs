@@ -6,7 +6,8 @@ use springline::core::basis::{
 };
 use springline::core::context::Context;
 use springline::core::curve::{Curve, Single};
-use springline::core::error::{Error, Fault};
+use springline::core::error::Error;
+use springline::core::fault::Fault;
 use springline::core::fit::{Ends, Family, Fit, Options, Parameters, Solve, fit};
 use springline::core::point::Point;
 
@@ -322,7 +323,7 @@ mod control_points {
         let tolerance = Solve::Tolerance { basis: Basis::Bezier(Bezier), tolerance: 0.1 };
         assert_eq!(
             place(9, Options { parameter_correction: true, ..plain(tolerance) }),
-            "/parameter_correction"
+            "/parameter correction"
         );
         let mut bad = noisy_arc(5);
         bad[3] = Point([f64::NAN, 0.0]);
@@ -474,18 +475,18 @@ mod shape {
         let doubled = [p[0], p[0], p[3], p[3]];
         rank_deficient(
             run(Family::AlphaBeta, &doubled, noisy_arc(9), Ends::Free),
-            "/solve/control_points",
+            "/solve/control points",
             "no influence",
         );
         rank_deficient(
             run(Family::Beta, &[p[0], p[3]], noisy_arc(9), Ends::Free),
-            "/solve/control_points",
+            "/solve/control points",
             "no influence",
         );
         let thirds: Vec<_> = (0..4).map(|i| p[0].lerp(p[3], i as f64 / 3.0)).collect();
         rank_deficient(
             run(Family::Beta, &thirds, noisy_arc(9), Ends::Free),
-            "/solve/control_points",
+            "/solve/control points",
             "no influence",
         );
         rank_deficient(
@@ -495,7 +496,7 @@ mod shape {
         );
         rank_deficient(
             run(Family::Quasi { degree: 3 }, &[p[0]; 4], noisy_arc(9), Ends::Free),
-            "/solve/control_points",
+            "/solve/control points",
             "no influence",
         );
     }
@@ -507,7 +508,7 @@ mod shape {
         };
         let p = cubic_points();
         assert_eq!(place(Family::Bezier, &p, Ends::Free), "/solve/family");
-        assert_eq!(place(Family::AlphaBeta, &p[..3], Ends::Free), "/solve/control_points");
+        assert_eq!(place(Family::AlphaBeta, &p[..3], Ends::Free), "/solve/control points");
         assert_eq!(place(Family::Quasi { degree: 2 }, &p, Ends::Free), "/solve/degree");
         assert_eq!(place(Family::Quasi { degree: 65 }, &p, Ends::Free), "/solve/degree");
         assert_eq!(place(Family::Beta, &p, Ends::Interpolate), "/ends");

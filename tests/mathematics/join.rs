@@ -356,7 +356,7 @@ fn orders_and_counts_are_checked() {
             &join(&Context::default(), vec![cubic, short], Smoothness::C0, Movable::Both)
                 .unwrap_err()
         ),
-        "/curves/1/control_points"
+        "/curves/1/control points"
     );
 }
 

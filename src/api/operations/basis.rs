@@ -1,6 +1,7 @@
 //! `basis`.
 
 use crate::api::cost::{Cost, Costed, Kind};
+use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
@@ -9,7 +10,6 @@ use crate::core::basis::Properties;
 use crate::core::basis_functions as core;
 use crate::core::context::Context;
 use crate::core::curve::within_degrees;
-use crate::core::error::{At, Error, both};
 use crate::core::limits;
 
 crate::object! {
@@ -183,9 +183,8 @@ fn parts(
     count: Option<Whole>,
 ) -> Result<(crate::core::basis::Basis, usize, usize), Error> {
     let count = count.map_or(101, |whole| whole.0);
-    let order = part(order, "order", |order| {
-        Ok(within_degrees(context, "order", order.0).map(|()| order.0)?)
-    });
+    let order =
+        part(order, "order", |order| within_degrees(context, "order", order.0).map(|()| order.0));
     let ((basis, order), ()) = both(
         both(part(basis, "basis", |value| value.parse(context)), order),
         core::check_count(context, count).at("count"),

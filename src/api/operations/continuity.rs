@@ -1,6 +1,7 @@
 //! `continuity`.
 
 use crate::api::cost::{Cost, Costed, Kind, sizes};
+use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
@@ -8,7 +9,7 @@ use crate::api::wire::{Continuity, Curve, Dimensioned, ReportStyle, list, need, 
 use crate::core::context::Context;
 use crate::core::continuity as core;
 use crate::core::curve::{self, Composite};
-use crate::core::error::{At, Error, Fault, at_most, both};
+use crate::core::fault::{Fault, at_most};
 use crate::core::to_bspline::check_tolerance;
 
 crate::object! {
@@ -136,7 +137,7 @@ fn parts(
     request: ContinuityRequest,
 ) -> Result<(Measured, core::Tolerance), Error> {
     let tolerance = tolerance(request.tolerance, request.gap_tolerance);
-    let contradiction = |why: &str, field| Err(Fault::Contradiction(why.into()).at(field));
+    let contradiction = |why: &str, field| Err(Fault::Contradiction(why.into())).at(field);
     let measured = match (request.curve, request.curves) {
         (Some(_), Some(_)) => contradiction("give `curve` or `curves`, not both", "curves"),
         (Some(_), None) if request.closed.is_some() => contradiction(
@@ -164,8 +165,8 @@ fn tolerance(relative: Option<f64>, gap: Option<f64>) -> Result<core::Tolerance,
     };
     let gap = if tolerance.gap < 0.0 {
         let allowed = "0 or more, in the unit of the coordinates".into();
-        Err(Fault::OutOfRange { what: "gap_tolerance", value: tolerance.gap, allowed }
-            .at("gap_tolerance"))
+        Err(Fault::OutOfRange { what: "gap_tolerance", value: tolerance.gap, allowed })
+            .at("gap_tolerance")
     } else {
         Ok(())
     };
@@ -185,7 +186,7 @@ fn laid_end_to_end(
         curves: &[curve::Curve<D>],
     ) -> Result<Composite<D>, Error> {
         let parts = curves.iter().enumerate().map(|(i, curve)| curve.composite(context).at(i));
-        Composite::end_to_end(context, &parts.collect::<Result<Vec<_>, _>>()?)
+        Ok(Composite::end_to_end(context, &parts.collect::<Result<Vec<_>, _>>()?)?)
     }
     match curves {
         Dimensioned::Plane(curves) => {

@@ -1,14 +1,16 @@
 //! `convert`.
 
 use crate::api::cost::{Cost, Costed, Kind, size};
+use crate::api::error::{Error, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
+use crate::api::pointer;
 use crate::api::wire::{Curve, Dimensioned, Points, Target, Vector, Whole, part};
+use crate::core::argument::Argument;
 use crate::core::context::Context;
 use crate::core::convert as core;
 use crate::core::curve;
-use crate::core::error::{Error, both};
 use crate::core::point::Point;
 
 crate::object! {
@@ -93,6 +95,13 @@ impl Operation for Convert {
         match parts(context, request.curve, request.to)? {
             (Dimensioned::Plane(curve), basis) => convert(context, &curve, basis, order),
             (Dimensioned::Space(curve), basis) => convert(context, &curve, basis, order),
+        }
+    }
+
+    fn field(argument: Argument) -> &'static str {
+        match argument {
+            Argument::Basis => "to",
+            argument => pointer::field(argument),
         }
     }
 

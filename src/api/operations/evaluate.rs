@@ -1,13 +1,15 @@
 //! `evaluate`.
 
 use crate::api::cost::{Cost, Costed, Kind, POINT_BYTES, order, size};
+use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Curve, Dimensioned, Points, Whole, list, need, number, part, whole};
+use crate::core::argument::Argument;
 use crate::core::context::Context;
 use crate::core::curve;
-use crate::core::error::{At, Error, Place, both};
+use crate::core::error::{Error as CoreError, Place};
 use crate::core::evaluate as core;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -254,11 +256,11 @@ where
 
 /// The core knows which quantities are asked for, but not where in the list: torsion is the one it
 /// may refuse.
-fn name_torsion(error: Error, asked: &[Quantity]) -> Error {
+fn name_torsion(error: CoreError, asked: &[Quantity]) -> CoreError {
     let torsion = asked.iter().position(|quantity| *quantity == Quantity::Torsion);
     match torsion {
-        Some(i) if error.place == Place::default().within("quantities") => {
-            error.fault.at(i).at("quantities")
+        Some(i) if error.place == Place::here().within(Argument::Quantities) => {
+            error.fault.at(i).at(Argument::Quantities)
         }
         _ => error,
     }
@@ -286,7 +288,8 @@ impl Sampling {
                 (core::Sampling::Tolerance(need(self.tolerance, "tolerance")?), self.tolerance)
             }
         };
-        sampling.check(context).map(|()| (sampling, tolerance))
+        sampling.check(context)?;
+        Ok((sampling, tolerance))
     }
 }
 

@@ -1,12 +1,13 @@
 //! `fit`.
 
 use crate::api::cost::{Cost, Costed, Kind, length};
+use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Basis, Curve, Points, Whole, need, number, part, whole};
 use crate::core::context::Context;
-use crate::core::error::{At, Error, Fault, both};
+use crate::core::fault::Fault;
 use crate::core::fit as core;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -377,7 +378,7 @@ impl Solve {
             None => Ok(family),
             Some(_) => {
                 let why = "only quasi-bezier has a degree of its own; leave it out for this family";
-                Err(Fault::Contradiction(why.into()).at("degree"))
+                Err(Fault::Contradiction(why.into())).at("degree")
             }
         }
     }

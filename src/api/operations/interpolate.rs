@@ -1,6 +1,7 @@
 //! `interpolate`.
 
 use crate::api::cost::{Cost, Costed, Kind, length};
+use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
@@ -10,7 +11,7 @@ use crate::api::wire::{
 };
 use crate::core::context::Context;
 use crate::core::curve;
-use crate::core::error::{At, Error, Fault, both};
+use crate::core::fault::Fault;
 use crate::core::interpolate as core;
 use crate::core::parameterization;
 use crate::core::point::Point;
@@ -175,7 +176,7 @@ fn parts<const D: usize>(
     let end_of = |end: Option<EndCondition>, name: &'static str| {
         if closed && end.is_some() {
             let why = format!("a closed curve has no {name}; leave `{name}` out, or `closed`");
-            return Err(Fault::Contradiction(why).at(name));
+            return Err(Fault::Contradiction(why)).at(name);
         }
         end.unwrap_or_else(EndCondition::default_end).parse().at(name)
     };

@@ -1,13 +1,14 @@
 //! `join`.
 
 use crate::api::cost::{Cost, Costed, Kind, order, size};
+use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, list, need, part};
 use crate::core::context::Context;
 use crate::core::curve::{self, Single};
-use crate::core::error::{At, Error, Fault, both};
+use crate::core::fault::Fault;
 use crate::core::join as core;
 use crate::core::point::Point;
 

@@ -21,12 +21,14 @@ use utoipa::ToSchema;
 
 use crate::api::chunks::{Buffer, CHUNK};
 use crate::api::cost::Costed;
+use crate::api::error::Error;
 use crate::api::json::{self, Request};
 use crate::api::output::Format;
+use crate::api::pointer;
 use crate::api::problem::Problem;
 use crate::api::writer::Written;
+use crate::core::argument::Argument;
 use crate::core::context::Context;
-use crate::core::error::Error;
 
 /// A request body that the specification shows and a test runs.
 #[derive(Debug, Clone, Copy)]
@@ -79,8 +81,21 @@ pub trait Operation: 'static {
     /// Request to answer.
     ///
     /// # Errors
-    /// Whatever the core refuses, with its place in the request.
+    /// Whatever the core refuses, at the field, or still at the argument.
     fn compute(context: &Context, request: Self::Request) -> Result<Self::Answer, Error>;
+
+    /// The field of the request that an argument of the core comes from.
+    fn field(argument: Argument) -> &'static str {
+        pointer::field(argument)
+    }
+
+    /// Request to answer, each fault at the field that is wrong.
+    ///
+    /// # Errors
+    /// As [`Operation::compute`].
+    fn answer(context: &Context, request: Self::Request) -> Result<Self::Answer, Error> {
+        Self::compute(context, request).map_err(|error| pointer::named(error, Self::field))
+    }
 
     /// Whether a request costs less than handing it to another thread.
     fn is_small(_request: &Self::Request) -> bool {
@@ -154,8 +169,7 @@ impl Entry {
 }
 
 fn answered<O: Operation>(context: &Context, body: &[u8]) -> Result<O::Answer, Problem> {
-    O::compute(context, json::from_bytes(context, body)?)
-        .map_err(|error| json::refused(error, body))
+    O::answer(context, json::from_bytes(context, body)?).map_err(|error| json::refused(error, body))
 }
 
 /// Makes something of every operation, by its type.

@@ -1,12 +1,13 @@
 //! `render`.
 
 use crate::api::cost::{Cost, Costed, Kind, size};
+use crate::api::error::{Error, Locate, both, every};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::Operation;
 use crate::api::wire::{Curve, Dimensioned, Surface, Whole, list, missing, number, part, whole};
 use crate::core::context::Context;
-use crate::core::error::{At, Error, Fault, at_most, both, every};
+use crate::core::fault::{Fault, at_most};
 use crate::core::limits;
 use crate::draw as core;
 use crate::draw::{Curves, Mark, Picture};
@@ -117,7 +118,7 @@ impl Operation for Render {
     const EXAMPLES: &[Example] = EXAMPLES;
 
     fn compute(context: &Context, request: RenderRequest) -> Result<String, Error> {
-        core::draw(context, &picture(context, request)?)
+        Ok(core::draw(context, &picture(context, request)?)?)
     }
 }
 
@@ -177,8 +178,8 @@ fn pixels(given: Option<Whole>, what: &'static str, default: usize) -> Result<us
         what,
         value: value as f64,
         allowed: format!("{least} <= {what} <= {most}"),
-    }
-    .at(what))
+    })
+    .at(what)
 }
 
 fn comb_scale(scale: f64, show: core::Show) -> Result<f64, Error> {
@@ -186,13 +187,13 @@ fn comb_scale(scale: f64, show: core::Show) -> Result<f64, Error> {
     if !show.comb {
         let detail =
             "`comb_scale` is given, but `show` has no \"comb\"; add it, or leave the scale out";
-        return Err(Fault::Contradiction(detail.into()).at(WHAT));
+        return Err(Fault::Contradiction(detail.into())).at(WHAT);
     }
     if scale > 0.0 {
         Ok(scale)
     } else {
-        Err(Fault::OutOfRange { what: WHAT, value: scale, allowed: "comb_scale > 0".into() }
-            .at(WHAT))
+        Err(Fault::OutOfRange { what: WHAT, value: scale, allowed: "comb_scale > 0".into() })
+            .at(WHAT)
     }
 }
 
@@ -224,8 +225,8 @@ fn mark(label: Option<String>, color: Option<Whole>, place: usize) -> Result<Mar
     let palette = if known {
         Ok(())
     } else {
-        Err(Fault::OutOfRange { what: "color", value: color as f64, allowed: allowed() }
-            .at("color"))
+        Err(Fault::OutOfRange { what: "color", value: color as f64, allowed: allowed() })
+            .at("color")
     };
     both(text, palette).map(|_| Mark { label, color, dashes })
 }
@@ -235,7 +236,7 @@ fn surfaces(
     drawn: Option<Vec<DrawnSurface>>,
 ) -> Result<(Vec<crate::core::surface::Surface>, Vec<Mark>), Error> {
     let Some(drawn) = drawn else { return Ok(Default::default()) };
-    crate::core::error::at_least("surfaces", drawn.len(), 1)?;
+    crate::core::fault::at_least("surfaces", drawn.len(), 1)?;
     at_most("surfaces in a picture", drawn.len(), limits::PICTURE_SURFACES, "Draw them in parts")?;
     let one = |(i, drawn): (usize, DrawnSurface)| -> Result<_, Error> {
         let mark = mark(drawn.label, drawn.color, i);
@@ -262,7 +263,7 @@ fn curves(
     surfaces: usize,
 ) -> Result<(Curves, Vec<Mark>), Error> {
     let Some(drawn) = drawn else { return Ok((Curves::Space(Vec::new()), Vec::new())) };
-    crate::core::error::at_least("curves", drawn.len(), 1)?;
+    crate::core::fault::at_least("curves", drawn.len(), 1)?;
     at_most("curves in a picture", drawn.len(), limits::PICTURE_CURVES, "Draw them in parts")?;
     let (mut plane, mut space, mut marks) = (Vec::new(), Vec::new(), Vec::new());
     let one = |(i, drawn): (usize, DrawnCurve)| {
@@ -285,7 +286,7 @@ fn curves(
             let rule =
                 "curves are drawn together in the plane or in space, and beside surfaces in space";
             let fault = Fault::WrongCount { what: "coordinates", count, expected, rule };
-            return Err(fault.at("control_points").at("curve").at(i));
+            return Err(fault).at("control_points").at("curve").at(i);
         }
     }
     Ok((if plane.is_empty() { Curves::Space(space) } else { Curves::Plane(plane) }, marks))

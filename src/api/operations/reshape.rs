@@ -1,6 +1,7 @@
 //! `reshape`.
 
 use crate::api::cost::{Cost, Costed, Kind, order, size};
+use crate::api::error::{Error, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
@@ -9,7 +10,6 @@ use crate::api::wire::{
 };
 use crate::core::context::Context;
 use crate::core::curve::{self, Bases};
-use crate::core::error::{Error, both};
 use crate::core::point::Point;
 use crate::core::reshape as core;
 

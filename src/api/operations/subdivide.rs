@@ -1,13 +1,13 @@
 //! `subdivide`.
 
 use crate::api::cost::{Cost, Costed, Kind, size};
+use crate::api::error::{Error, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Curve, Dimensioned, Points, Whole, need, number, part};
 use crate::core::context::Context;
 use crate::core::curve;
-use crate::core::error::{Error, both};
 use crate::core::point::Point;
 use crate::core::subdivide as core;
 
@@ -194,6 +194,7 @@ impl Cuts {
             CutsKind::Depth => core::Cuts::Depth(need(self.depth, "depth")?.0),
             CutsKind::Flatness => core::Cuts::Flatness(need(self.tolerance, "tolerance")?),
         };
-        cuts.check().map(|()| cuts)
+        cuts.check()?;
+        Ok(cuts)
     }
 }

@@ -1,6 +1,7 @@
 //! `surfaces/evaluate`.
 
 use crate::api::cost::{Cost, Costed, Kind, POINT_BYTES, net};
+use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
@@ -8,7 +9,6 @@ use crate::api::wire::{
     Points, Surface, SurfaceDomain, Tuple, Whole, list, need, part, space_list, whole,
 };
 use crate::core::context::Context;
-use crate::core::error::{At, Error, both};
 use crate::core::limits;
 use crate::core::surface as core;
 
@@ -226,6 +226,7 @@ impl SurfaceSampling {
                 need(self.values, "values")?.into_iter().map(|pair| pair.0).collect(),
             ),
         };
-        places.check(context).map(|()| places)
+        places.check(context)?;
+        Ok(places)
     }
 }

@@ -1,13 +1,13 @@
 //! `surfaces/subdivide`.
 
 use crate::api::cost::{Cost, Costed, Kind, net};
+use crate::api::error::{Error, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::subdivide::Form;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Surface, SurfaceDomain, need, part};
 use crate::core::context::Context;
-use crate::core::error::{Error, both};
 use crate::core::surface as core;
 
 crate::object! {

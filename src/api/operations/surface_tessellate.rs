@@ -1,12 +1,12 @@
 //! `surfaces/tessellate`.
 
 use crate::api::cost::{Cost, Costed, Kind, net};
+use crate::api::error::{Error, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Points, Surface, Tuple, Whole, number, part, space_list};
 use crate::core::context::Context;
-use crate::core::error::{Error, both};
 use crate::core::evaluate::check_distance;
 use crate::core::surface as core;
 
@@ -114,10 +114,6 @@ fn parts(
     tolerance: Option<f64>,
 ) -> Result<(core::Surface, f64), Error> {
     let tolerance =
-        part(
-            tolerance,
-            "tolerance",
-            |tolerance| Ok(check_distance(tolerance).map(|()| tolerance)?),
-        );
+        part(tolerance, "tolerance", |tolerance| check_distance(tolerance).map(|()| tolerance));
     both(part(surface, "surface", |value| value.parse(context)), tolerance)
 }

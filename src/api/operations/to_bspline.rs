@@ -1,13 +1,13 @@
 //! `to-bspline`.
 
 use crate::api::cost::{Cost, Costed, Kind, size};
+use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Curve, Dimensioned, Points, Whole, number, part};
 use crate::core::context::Context;
 use crate::core::curve;
-use crate::core::error::{At, Error, both};
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::to_bspline as core;

@@ -1,9 +1,10 @@
 //! Bases and shape matrices on the wire.
 
+use crate::api::error::{Error, Fault, Locate, both, every};
 use crate::api::wire::field::{Whole, need, number, whole};
 use crate::core::basis as core;
 use crate::core::context::Context;
-use crate::core::error::{At, Error, Fault, both, every};
+use crate::core::fault::Fault as CoreFault;
 use crate::core::limits;
 
 crate::union! {
@@ -132,7 +133,7 @@ impl Basis {
                 (None, None) => return Err(Fault::Missing { field: "beta` or `lambda" }.into()),
                 (Some(_), Some(_)) => {
                     let why = "beta and lambda = 1 / beta say the same thing; give one of them";
-                    return Err(Fault::Contradiction(why.into()).at("lambda"));
+                    return Err(CoreFault::Contradiction(why.into())).at("lambda");
                 }
             }),
             BasisFamily::AlphaBeta => core::Basis::AlphaBeta(core::AlphaBeta::new(
@@ -172,7 +173,7 @@ impl From<&core::Basis> for Basis {
 /// # Errors
 /// As [`Basis::parse`]; more bases than [`limits::SEGMENTS`].
 pub fn parse_list(context: &Context, bases: Vec<Basis>) -> Result<Vec<core::Basis>, Error> {
-    crate::core::error::at_most(
+    crate::core::fault::at_most(
         "bases",
         bases.len(),
         context.limits.segments,
@@ -195,7 +196,7 @@ pub fn bases(
     match (common, each) {
         (Some(_), Some(_)) => {
             let why = "give `basis` for all segments, or `bases` with one for each, not both";
-            Err(Fault::Contradiction(why.into()).at("bases"))
+            Err(CoreFault::Contradiction(why.into())).at("bases")
         }
         (Some(basis), None) => Ok(Bases::Common(basis.parse(context).at("basis")?)),
         (None, Some(bases)) => Ok(Bases::PerSegment(parse_list(context, bases).at("bases")?)),

@@ -1,12 +1,13 @@
 //! Curves on the wire.
 
+use crate::api::error::{Error, Locate, both, every};
 use crate::api::wire::basis::{Basis, BasisFamily, Shape, li_beta, parse_list};
 use crate::api::wire::field::{Whole, need, number, part, whole};
 use crate::api::wire::points::Points;
 use crate::core::basis;
 use crate::core::context::Context;
 use crate::core::curve as core;
-use crate::core::error::{At, Error, Fault, both, every, increasing};
+use crate::core::fault::{Fault, increasing};
 use crate::core::knots::Breaks;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -78,7 +79,7 @@ impl Dimensioned {
         context: &Context,
         curves: Vec<Curve>,
     ) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
-        crate::core::error::at_least("curves", curves.len(), 1)?;
+        crate::core::fault::at_least("curves", curves.len(), 1)?;
         let parsed =
             every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse(context).at(i)))?;
         let (mut plane, mut space) = (Vec::new(), Vec::new());
@@ -90,9 +91,9 @@ impl Dimensioned {
             if !plane.is_empty() && !space.is_empty() {
                 let (count, expected) = if plane.len() == i { (3, 2) } else { (2, 3) };
                 let rule = "all curves have as many coordinates as the first";
-                return Err(Fault::WrongCount { what: "coordinates", count, expected, rule }
+                return Err(Fault::WrongCount { what: "coordinates", count, expected, rule })
                     .at("control_points")
-                    .at(i));
+                    .at(i);
             }
         }
         Ok(if space.is_empty() { Dimensioned::Plane(plane) } else { Dimensioned::Space(space) })
@@ -178,7 +179,7 @@ impl Curve {
                 Some(last) => {
                     Ok(core::Bases::PerSegment(bases.into_iter().chain([last]).collect()))
                 }
-                None => Err(Fault::TooFew { what: "bases", count: 0, least: 1 }.into()),
+                None => Err(Error::from(Fault::TooFew { what: "bases", count: 0, least: 1 })),
             }
         };
         let parts = both(
@@ -186,7 +187,7 @@ impl Curve {
             part(self.knots, "knots", |knots| Breaks::new(context, knots)),
         );
         let order = part(self.order, "order", |order| {
-            Ok(core::within_degrees(context, "order", order.0).map(|()| order.0)?)
+            core::within_degrees(context, "order", order.0).map(|()| order.0)
         });
         let ((bases, breaks), order) = both(parts, order)?;
         Ok(Outline::Piecewise { bases, breaks, order, closed: self.closed.unwrap_or(false) })
@@ -194,7 +195,7 @@ impl Curve {
 
     fn bspline(self, context: &Context) -> Result<Outline, Error> {
         let degree = part(self.degree, "degree", |degree| {
-            Ok(core::within_degrees(context, "degree", degree.0).map(|()| degree.0)?)
+            core::within_degrees(context, "degree", degree.0).map(|()| degree.0)
         });
         let knots =
             part(self.knots, "knots", |knots| increasing("knots", &knots, false).map(|()| knots));

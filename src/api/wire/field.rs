@@ -8,11 +8,11 @@ use serde::{Deserialize, Deserializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
 
+use crate::api::error::{Error, Fault, Locate};
 use crate::api::number_text::Numbers;
 use crate::api::wire::raw;
 use crate::api::wire::reading::{Read, Reading};
 use crate::api::writer::{Unwritten, Writer, Written};
-use crate::core::error::{At, Error, Fault};
 use crate::core::limits;
 
 /// Named schemas, as the specification collects them.
@@ -193,10 +193,10 @@ pub fn need<T>(field: Option<T>, name: &'static str) -> Result<T, Error> {
 ///
 /// # Errors
 /// [`Fault::Missing`] at the object; what is wrong with the value, at its field.
-pub fn part<T, U>(
+pub fn part<T, U, E: Into<Error>>(
     field: Option<T>,
     name: &'static str,
-    parse: impl FnOnce(T) -> Result<U, Error>,
+    parse: impl FnOnce(T) -> Result<U, E>,
 ) -> Result<U, Error> {
     parse(need(field, name)?).at(name)
 }

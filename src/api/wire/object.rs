@@ -8,8 +8,8 @@ use utoipa::openapi::schema::{
     AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type,
 };
 
+use crate::api::error::{Error, Fault, every};
 use crate::api::wire::reading::{Read, Reading};
-use crate::core::error::{Error, Fault, every};
 
 /// Declares a JSON object: `required` or `optional` fields, each with its documentation, its type
 /// and, where the type alone does not say enough, its schema.
@@ -71,14 +71,14 @@ macro_rules! union {
             ///
             /// # Errors
             /// A missing tag or field, or a field of another variant.
-            pub fn kind(&self) -> Result<$kind, $crate::core::error::Error> {
+            pub fn kind(&self) -> Result<$kind, $crate::api::error::Error> {
                 let kind = self.tag()?;
                 $crate::api::wire::Variant::check(Self::VARIANTS, kind as usize, &self.present()[1..])?;
                 Ok(kind)
             }
 
             /// The variant, whatever fields are there.
-            fn tag(&self) -> Result<$kind, $crate::core::error::Error> {
+            fn tag(&self) -> Result<$kind, $crate::api::error::Error> {
                 self.$tag.ok_or_else(|| $crate::api::wire::Variant::missing_tag(Self::VARIANTS, stringify!($tag)))
             }
 
@@ -432,7 +432,7 @@ impl Variant {
                 .map(|v| v.text)
                 .collect::<Vec<_>>()
                 .join(", ");
-            Fault::ForeignField { field, of: variant.text, owners }.at(field)
+            Error::from(Fault::ForeignField { field, of: variant.text, owners }).at(field)
         };
         let foreign = present
             .iter()

@@ -7,12 +7,13 @@ use serde::de::{Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
 
+use crate::api::error::Error;
 use crate::api::number_text::Numbers;
 use crate::api::wire::field::{Components, Described, Field, number, read_each};
 use crate::api::wire::raw;
 use crate::api::wire::reading::{Read, Reading};
 use crate::api::writer::{Unwritten, Writer, Written};
-use crate::core::error::{Error, Fault};
+use crate::core::fault::Fault;
 use crate::core::point::Point;
 
 /// Points of the plane or of space; all of one dimension.

@@ -1,8 +1,8 @@
 //! Parameterizations and end conditions on the wire.
 
+use crate::api::error::{Error, Locate};
 use crate::api::wire::field::need;
 use crate::api::wire::points::Vector;
-use crate::core::error::{At, Error};
 use crate::core::interpolate::End;
 use crate::core::parameterization as core;
 

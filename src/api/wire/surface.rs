@@ -2,11 +2,12 @@
 
 use utoipa::openapi::schema::ArrayBuilder;
 
+use crate::api::error::{Error, Locate, both, every};
 use crate::api::wire::basis::Basis;
 use crate::api::wire::field::{Tuple, list, part};
 use crate::api::wire::points::{Points, space_list};
 use crate::core::context::Context;
-use crate::core::error::{At, Error, Fault, both, every};
+use crate::core::fault::Fault;
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::surface as core;
@@ -59,7 +60,7 @@ impl Surface {
         let rows =
             |net: Vec<Points>| every(net.into_iter().enumerate().map(|(i, row)| space(row).at(i)));
         let ((u, v), net) = both(bases, part(self.control_net, "control_net", rows))?;
-        core::Surface::new(context, u, v, net)
+        Ok(core::Surface::new(context, u, v, net)?)
     }
 }
 

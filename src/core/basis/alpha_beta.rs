@@ -1,7 +1,9 @@
 //! The alpha-beta-Bezier basis of Li 2014.
 
 use super::{Family, ShapeMatrix};
-use crate::core::error::{Error, Fault, both};
+use crate::core::argument::Argument;
+use crate::core::error::{Error, both};
+use crate::core::fault::Fault;
 
 /// Two parameters for cubics, Li 2014 eq. (8). They bend the curve through their product only;
 /// `alpha` is also the length of the parameter domain.
@@ -17,7 +19,7 @@ impl AlphaBeta {
     /// # Errors
     /// [`Fault::OutOfRange`] at the parameter.
     pub fn new(alpha: f64, beta: f64) -> Result<Self, Error> {
-        let within = |what: &'static str, value: f64, most: f64| {
+        let within = |argument: Argument, what: &'static str, value: f64, most: f64| {
             let allowed = || {
                 format!(
                     "0 < {what} <= {most} (Li 2014, Definition 1; alpha = 1, beta = 3 is the Bezier curve)"
@@ -27,10 +29,13 @@ impl AlphaBeta {
             if valid {
                 Ok(())
             } else {
-                Err(Fault::OutOfRange { what, value, allowed: allowed() }.at(what))
+                Err(Fault::OutOfRange { what, value, allowed: allowed() }.at(argument))
             }
         };
-        both(within("alpha", alpha, 1.0), within("beta", beta, 3.0))?;
+        both(
+            within(Argument::Alpha, "alpha", alpha, 1.0),
+            within(Argument::Beta, "beta", beta, 3.0),
+        )?;
         Ok(AlphaBeta { alpha, beta })
     }
 

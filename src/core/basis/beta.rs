@@ -1,8 +1,10 @@
 //! The Beta-Bezier basis of Cheng, Kazadi and Lin.
 
 use super::{Family, ShapeMatrix};
+use crate::core::argument::Argument;
 use crate::core::bezier_form::binomials;
-use crate::core::error::{Error, Fault};
+use crate::core::error::Error;
+use crate::core::fault::Fault;
 
 /// One parameter for any order, Cheng et al. eq. (3): `beta = 0` is the Bezier curve, a larger
 /// `beta` pulls the curve towards the segment between its end points, `beta = infinity` is that
@@ -25,7 +27,8 @@ impl Beta {
             // -0 is 0, and its reciprocal no less infinite than that of 0.
             return Ok(Beta { beta, lambda: 1.0 / beta.abs(), given_as_lambda: false });
         }
-        Err(Fault::OutOfRange { what: "beta", value: beta, allowed: allowed.into() }.at("beta"))
+        Err(Fault::OutOfRange { what: "beta", value: beta, allowed: allowed.into() }
+            .at(Argument::Beta))
     }
 
     /// From `lambda = 1 / beta` in [0, infinity), the parameter of Chu and Zeng (Cheng et al. eq.
@@ -39,7 +42,7 @@ impl Beta {
             return Ok(Beta { beta: 1.0 / lambda.abs(), lambda, given_as_lambda: true });
         }
         Err(Fault::OutOfRange { what: "lambda", value: lambda, allowed: allowed.into() }
-            .at("lambda"))
+            .at(Argument::Lambda))
     }
 
     /// `beta`, which is infinite in the straight limit.

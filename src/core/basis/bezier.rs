@@ -1,7 +1,7 @@
 //! The Bernstein basis: the Bezier curve itself.
 
 use super::{Family, ShapeMatrix};
-use crate::core::error::Fault;
+use crate::core::fault::Fault;
 
 /// The basis without a shape parameter: degree = order, `M` = identity.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -16,7 +16,7 @@ pub use quasi::{Quasi, ShapeParameters};
 pub use shape_matrix::{Properties, ShapeMatrix};
 
 use super::curve::within_degrees;
-use super::error::Fault;
+use super::fault::Fault;
 use super::limits;
 use crate::core::context::Context;
 

@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use super::{Family, ShapeMatrix};
+use crate::core::argument::Argument;
 use crate::core::context::Context;
-use crate::core::error::{At, Error, Fault, at_least, at_most, every};
+use crate::core::error::{Error, Locate, every};
+use crate::core::fault::{Fault, at_least, at_most};
 use crate::core::limits;
 
 /// The four ways to give a shape matrix.
@@ -55,12 +57,14 @@ impl Quasi {
     /// without a place, a matrix without full rank.
     pub fn new(context: &Context, shape: ShapeParameters) -> Result<Self, Error> {
         let given = match &shape {
-            ShapeParameters::Matrix { rows } => checked(context, rows).at("rows")?,
+            ShapeParameters::Matrix { rows } => checked(context, rows).at(Argument::Rows)?,
             ShapeParameters::Symmetric { degree, upper_rows } => {
                 mirrored(context, *degree, upper_rows)?
             }
-            ShapeParameters::Recursive { seed } => checked(context, seed).at("seed")?,
-            ShapeParameters::Elevation { lambdas } => yang_zeng(context, lambdas).at("lambdas")?,
+            ShapeParameters::Recursive { seed } => checked(context, seed).at(Argument::Seed)?,
+            ShapeParameters::Elevation { lambdas } => {
+                yang_zeng(context, lambdas).at(Argument::Lambdas)?
+            }
         };
         let columns = given.order() + 1;
         let rank = given.rank();
@@ -178,9 +182,8 @@ fn mirrored(
 ) -> Result<ShapeMatrix, Error> {
     if !(2..=context.limits.degree).contains(&degree) {
         let allowed = format!("2 <= degree <= {}", context.limits.degree);
-        return Err(
-            Fault::OutOfRange { what: "degree", value: degree as f64, allowed }.at("degree")
-        );
+        return Err(Fault::OutOfRange { what: "degree", value: degree as f64, allowed }
+            .at(Argument::Degree));
     }
     let half = degree / 2;
     if upper_rows.len() != half {
@@ -191,11 +194,11 @@ fn mirrored(
             expected: half,
             rule,
         }
-        .at("upper_rows"));
+        .at(Argument::UpperRows));
     }
-    check_rows(upper_rows).at("upper_rows")?;
+    check_rows(upper_rows).at(Argument::UpperRows)?;
     if degree.is_multiple_of(2) {
-        own_mirror_image(&upper_rows[half - 1]).at(half - 1).at("upper_rows")?;
+        own_mirror_image(&upper_rows[half - 1]).at(half - 1).at(Argument::UpperRows)?;
     }
     let unit = (0..upper_rows[0].len()).map(|j| f64::from(j == 0)).collect();
     let upper: Vec<Vec<f64>> = std::iter::once(unit).chain(upper_rows.iter().cloned()).collect();
@@ -348,21 +351,21 @@ mod tests {
                 degree: 2,
                 upper_rows: vec![vec![0.25, 0.5, 0.25], vec![1.0]]
             }),
-            "/upper_rows"
+            "/upper rows"
         );
         assert_eq!(
             place_of(ShapeParameters::Symmetric {
                 degree: 2,
                 upper_rows: vec![vec![0.3, 0.5, 0.2]]
             }),
-            "/upper_rows/0/0"
+            "/upper rows/0/0"
         );
         assert_eq!(
             place_of(ShapeParameters::Symmetric {
                 degree: 4,
                 upper_rows: vec![vec![0.3, 0.7], vec![0.6, 0.5]]
             }),
-            "/upper_rows/1"
+            "/upper rows/1"
         );
         assert_eq!(place_of(ShapeParameters::Elevation { lambdas: vec![0.0, 2.5] }), "/lambdas/1");
     }

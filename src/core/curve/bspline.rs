@@ -2,9 +2,11 @@
 
 use super::composite::Composite;
 use super::{valid_points, within_degrees};
+use crate::core::argument::Argument;
 use crate::core::bezier_form::difference;
 use crate::core::context::Context;
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{Error, Locate};
+use crate::core::fault::Fault;
 use crate::core::knots::{Breaks, KnotVector};
 use crate::core::limits;
 use crate::core::local::localized;
@@ -31,9 +33,9 @@ impl<const D: usize> BSpline<D> {
         points: Vec<Point<D>>,
         closed: bool,
     ) -> Result<Self, Error> {
-        within_degrees(context, "degree", degree).at("degree")?;
-        valid_points(context, &points, degree + 1).at("control_points")?;
-        let knots = KnotVector::new(degree, knots, points.len()).at("knots")?;
+        within_degrees(context, "degree", degree).at(Argument::Degree)?;
+        valid_points(context, &points, degree + 1).at(Argument::ControlPoints)?;
+        let knots = KnotVector::new(degree, knots, points.len()).at(Argument::Knots)?;
         let curve = BSpline { knots, points, closed };
         if closed {
             curve.check_closed()?;
@@ -51,7 +53,7 @@ impl<const D: usize> BSpline<D> {
         let why = format!(
             "a closed curve ends where it starts, but these ends are {gap:e} apart; leave \"closed\" out"
         );
-        Err(Fault::UnsuitableCurve(why).at("closed"))
+        Err(Fault::UnsuitableCurve(why).at(Argument::Closed))
     }
 
     /// The degree.
@@ -120,7 +122,7 @@ impl<const D: usize> BSpline<D> {
         let mut breaks = vec![self.knots.domain().0];
         breaks.extend(self.knots.spans().map(|span| knots[span + 1]));
         let mut composite =
-            Composite::with_room(Breaks::new(context, breaks).at("knots")?, self.degree());
+            Composite::with_room(Breaks::new(context, breaks).at(Argument::Knots)?, self.degree());
         let mut pace = context.pace();
         for span in self.knots.spans() {
             pace.step()?;

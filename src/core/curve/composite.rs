@@ -3,7 +3,8 @@
 use super::BSpline;
 use crate::core::bezier_form::{binomials, elevate, hodograph, horner, scaled, unit_of};
 use crate::core::context::Context;
-use crate::core::error::{Error, Fault};
+use crate::core::error::Error;
+use crate::core::fault::Fault;
 use crate::core::gaps::derivative_size;
 use crate::core::knots::Breaks;
 use crate::core::linear::lanes::{self as lanes, LANES, Lanes};

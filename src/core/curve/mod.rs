@@ -13,7 +13,8 @@ pub use single::Single;
 
 use bytemuck::TransparentWrapper;
 
-use super::error::{Error, Fault, at_least, at_most};
+use super::error::Error;
+use super::fault::{Fault, at_least, at_most};
 use super::point::Point;
 use crate::core::context::Context;
 use crate::core::linear::lanes::are_finite;
@@ -96,7 +97,7 @@ pub(crate) fn finite_points<const D: usize>(points: &[Point<D>]) -> Result<(), E
         return Ok(());
     }
     match points.iter().position(|p| !p.is_finite()) {
-        Some(i) => Err(Fault::Overflow.at(i)),
+        Some(i) => Err(Fault::NotFinite.at(i)),
         None => Ok(()),
     }
 }

@@ -2,10 +2,12 @@
 
 use super::composite::Composite;
 use super::{valid_points, within_degrees};
+use crate::core::argument::Argument;
 use crate::core::basis::{Basis, ShapeMatrix, WayBack};
 use crate::core::bezier_form::elevate;
 use crate::core::context::Context;
-use crate::core::error::{At, Error, Fault, at_most};
+use crate::core::error::{Error, Locate};
+use crate::core::fault::{Fault, at_most};
 use crate::core::knots::Breaks;
 use crate::core::local::{localized, placed};
 use crate::core::point::Point;
@@ -51,7 +53,7 @@ impl Bases {
                 what: "bases",
                 count: bases.len(),
                 expected: segments,
-                rule: "one for each segment; one for all is `basis` in a request, and a list of one in a curve",
+                rule: "one for each segment, or one for all",
             }),
             _ => Ok(()),
         }
@@ -68,10 +70,10 @@ impl Bases {
         check: impl Fn(&Basis) -> Result<(), Fault>,
     ) -> Result<(), Error> {
         match self {
-            Bases::Common(basis) => check(basis).at("basis"),
+            Bases::Common(basis) => check(basis).at(Argument::Basis),
             Bases::PerSegment(bases) => bases.iter().enumerate().try_for_each(|(i, basis)| {
                 context.checkpoint()?;
-                check(basis).at(i).at("bases")
+                check(basis).at(i).at(Argument::Bases)
             }),
         }
     }
@@ -139,10 +141,10 @@ impl<const D: usize> Piecewise<D> {
         points: Vec<Point<D>>,
     ) -> Result<Self, Error> {
         let segments = breaks.segments();
-        within_degrees(context, "order", order).at("order")?;
-        bases.check_count(segments).at("bases")?;
-        bases.map(context, |i, basis| basis.joinable(context, order).at(i).at("bases"))?;
-        valid_points(context, &points, 2).at("control_points")?;
+        within_degrees(context, "order", order).at(Argument::Order)?;
+        bases.check_count(segments).at(Argument::Bases)?;
+        bases.map(context, |i, basis| basis.joinable(context, order).at(i).at(Argument::Bases))?;
+        valid_points(context, &points, 2).at(Argument::ControlPoints)?;
         let expected = segments * order + 1;
         if points.len() != expected {
             let rule = "segments * order + 1, as neighbouring segments share the control point at their joint";
@@ -152,12 +154,12 @@ impl<const D: usize> Piecewise<D> {
                 expected,
                 rule,
             }
-            .at("control_points"));
+            .at(Argument::ControlPoints));
         }
         let last = points.len() - 1;
         if closed && points[0] != points[last] {
             let why = "a closed curve ends at its first control point; repeat it here, or leave \"closed\" out";
-            return Err(Fault::UnsuitableCurve(why.into()).at(last).at("control_points"));
+            return Err(Fault::UnsuitableCurve(why.into()).at(last).at(Argument::ControlPoints));
         }
         Ok(Piecewise { bases, order, breaks, closed, points })
     }
@@ -175,12 +177,12 @@ impl<const D: usize> Piecewise<D> {
         composite: &Composite<D>,
         closed: bool,
     ) -> Result<(Self, f64), Error> {
-        bases.check_count(composite.breaks().segments()).at("bases")?;
+        bases.check_count(composite.breaks().segments()).at(Argument::Bases)?;
         let count = composite.breaks().segments() * order + 1;
         at_most("control points", count, context.limits.control_points, "Take the curve in parts")
-            .at("control_points")?;
-        let ways =
-            bases.map(context, |i, basis| basis.way_back(context, order).at(i).at("bases"))?;
+            .at(Argument::ControlPoints)?;
+        let ways = bases
+            .map(context, |i, basis| basis.way_back(context, order).at(i).at(Argument::Bases))?;
         Self::by_ways(context, bases, &ways, order, composite, closed)
     }
 
@@ -217,7 +219,8 @@ impl<const D: usize> Piecewise<D> {
             points[last] = points[0];
         }
         Ok((
-            Piecewise::new(context, bases, order, composite.breaks().clone(), closed, points)?,
+            Piecewise::new(context, bases, order, composite.breaks().clone(), closed, points)
+                .of_result()?,
             condition,
         ))
     }

@@ -2,9 +2,11 @@
 
 use super::composite::{Composite, single_segment};
 use super::valid_points;
+use crate::core::argument::Argument;
 use crate::core::basis::Basis;
 use crate::core::context::Context;
-use crate::core::error::{At, Error, at_most};
+use crate::core::error::{Error, Locate};
+use crate::core::fault::at_most;
 use crate::core::local::{localized, placed};
 use crate::core::point::Point;
 
@@ -22,15 +24,15 @@ impl<const D: usize> Single<D> {
     /// # Errors
     /// At `control_points`: fewer than 2, more than the basis or the limit allows, not finite.
     pub fn new(context: &Context, basis: Basis, points: Vec<Point<D>>) -> Result<Self, Error> {
-        valid_points(context, &points, 2).at("control_points")?;
+        valid_points(context, &points, 2).at(Argument::ControlPoints)?;
         at_most(
             "control points",
             points.len(),
             context.limits.degree + 1,
             "Use several segments of lower degree",
         )
-        .at("control_points")?;
-        basis.degree(context, points.len() - 1).at("control_points")?;
+        .at(Argument::ControlPoints)?;
+        basis.degree(context, points.len() - 1).at(Argument::ControlPoints)?;
         Ok(Single { basis, points })
     }
 

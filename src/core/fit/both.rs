@@ -8,10 +8,12 @@ use super::reduced::{Reduced, deficiency, solve_for_control_points};
 use super::shape::check_degree;
 use super::unsolved::Unsolved;
 use super::{Ends, Family, Solved, Solver};
+use crate::core::argument::Argument;
 use crate::core::basis::ShapeMatrix;
 use crate::core::context::Context;
 use crate::core::curve::{Single, within_degrees};
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{Error, Locate};
+use crate::core::fault::Fault;
 use crate::core::point::{Point, magnitude};
 
 /// The most rounds of alternation.
@@ -32,12 +34,14 @@ impl Both {
     /// At `family`, `order` or `degree`.
     pub(super) fn new(context: &Context, family: Family, order: usize) -> Result<Self, Error> {
         let Family::Quasi { degree } = family else {
-            return Err(undetermined("bezier, beta-bezier and alpha-beta-bezier").at("family"));
+            return Err(
+                undetermined("bezier, beta-bezier and alpha-beta-bezier").at(Argument::Family)
+            );
         };
-        within_degrees(context, "order", order).at("order")?;
-        check_degree(context, degree, order).at("degree")?;
+        within_degrees(context, "order", order).at(Argument::Order)?;
+        check_degree(context, degree, order).at(Argument::Degree)?;
         if degree == order {
-            return Err(undetermined("quasi-bezier with degree = order").at("degree"));
+            return Err(undetermined("quasi-bezier with degree = order").at(Argument::Degree));
         }
         Ok(Both { degree, order })
     }
@@ -84,8 +88,8 @@ impl<const D: usize> Solver<D> for Both {
                 let inner = |t: &f64| data.ends == Ends::Free || (*t > 0.0 && *t < 1.0);
                 let count = distinct(parameters.iter().copied().filter(inner));
                 deficiency(deficient, count, "control points", "give more points, or a lower order")
-                    .at("order")
-                    .at("solve")
+                    .at(Argument::Order)
+                    .at(Argument::Solve)
             })
         })?;
         let rounding = f64::EPSILON * alternation.reduced.norm() * magnitude(&data.points);
@@ -95,7 +99,7 @@ impl<const D: usize> Solver<D> for Both {
             (points[0], points[self.order]) = (start, end);
         }
         let curve = Single::new(context, quasi_basis(context, &best.matrix)?, points)
-            .map_err(|error| Error::from(error.fault).at("points"))?;
+            .map_err(|error| Error::from(error.of_result().fault).at(Argument::Points))?;
         Ok(Solved { curve, iterations, converged, at_bound: false })
     }
 

@@ -5,10 +5,12 @@ use super::freedom::Freedom;
 use super::parameters::distinct;
 use super::reduced::{blocks, deficiency, solve_for_control_points};
 use super::{Ends, Solved, Solver};
+use crate::core::argument::Argument;
 use crate::core::basis::{Basis, Bezier, ShapeMatrix};
 use crate::core::context::Context;
 use crate::core::curve::Single;
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{Error, Locate};
+use crate::core::fault::Fault;
 use crate::core::point::Point;
 
 /// Linear least squares for the control points.
@@ -29,13 +31,13 @@ impl ControlPoints {
         order: usize,
         ends: Ends,
     ) -> Result<Self, Error> {
-        basis.degree(context, order).at("order")?;
+        basis.degree(context, order).at(Argument::Order)?;
         let matrix = basis.shape_matrix(order);
         if ends == Ends::Interpolate && !matrix.interpolates_end_points() {
             let why = "curves of this basis do not start and end at their first and last control points (the first and last row of the \
                        shape matrix are not unit rows), so they cannot be made to pass through the first and last point; \
                        use ends \"free\"";
-            return Err(Fault::UnsuitableBasis(why.into()).at("basis"));
+            return Err(Fault::UnsuitableBasis(why.into()).at(Argument::Basis));
         }
         Ok(ControlPoints { basis, order, matrix })
     }
@@ -48,8 +50,8 @@ impl ControlPoints {
                  cannot determine them; use lambda > 0, or order 1"
                     .into(),
             )
-            .at("basis")
-            .at("solve")),
+            .at(Argument::Basis)
+            .at(Argument::Solve)),
             _ => Ok(()),
         }
     }
@@ -80,12 +82,12 @@ impl<const D: usize> Solver<D> for ControlPoints {
                         "control points",
                         "give more points, or a lower order",
                     )
-                    .at("order")
-                    .at("solve")
+                    .at(Argument::Order)
+                    .at(Argument::Solve)
                 })
             })?;
         let curve = Single::new(context, self.basis.clone(), points)
-            .map_err(|error| Error::from(error.fault).at("points"))?;
+            .map_err(|error| Error::from(error.of_result().fault).at(Argument::Points))?;
         Ok(Solved { curve, iterations: 1, converged: true, at_bound: false })
     }
 

@@ -1,9 +1,11 @@
 //! The points to fit, checked.
 
 use super::Ends;
+use crate::core::argument::Argument;
 use crate::core::context::Context;
 use crate::core::curve::finite_points;
-use crate::core::error::{At, Error, Fault, at_least, at_most, every};
+use crate::core::error::{Error, Locate, every};
+use crate::core::fault::{Fault, at_least, at_most};
 use crate::core::point::Point;
 
 /// Points, weights and what happens at the ends.
@@ -26,10 +28,10 @@ impl<const D: usize> Data<D> {
             .and_then(|()| {
                 at_most("points", points.len(), context.limits.data_points, "Thin the data out")
             })
-            .map_err(|f| f.at("points"))?;
-        finite_points(&points).at("points")?;
+            .map_err(|f| f.at(Argument::Points))?;
+        finite_points(&points).at(Argument::Points)?;
         if let Some(weights) = &weights {
-            check_weights(weights, points.len()).at("weights")?;
+            check_weights(weights, points.len()).at(Argument::Weights)?;
         }
         Ok(Data { points, weights, ends })
     }

@@ -41,9 +41,11 @@ mod unsolved;
 pub use measure::FitError;
 pub use parameters::Parameters;
 
+use super::argument::Argument;
 use super::basis::Basis;
 use super::curve::{Curve, Single};
-use super::error::{At, Error, Fault};
+use super::error::{Error, Locate};
+use super::fault::Fault;
 use super::point::Point;
 use crate::core::context::Context;
 use data::Data;
@@ -263,7 +265,11 @@ pub fn fit<const D: usize>(
     let fit = solved(context, &data, options)?;
     let between =
         between::between(context, &fit.curve.composite(context)?, &data.points, &fit.parameters)?;
-    if between.is_finite() { Ok(Fit { between, ..fit }) } else { Err(Fault::Overflow.at("points")) }
+    if between.is_finite() {
+        Ok(Fit { between, ..fit })
+    } else {
+        Err(Fault::Overflow.at(Argument::Points))
+    }
 }
 
 /// The same before `between` is measured, once, where all else is known.
@@ -289,18 +295,19 @@ fn solved<const D: usize>(
     };
     match options.solve {
         Solve::ControlPoints { basis, order } => single(
-            &control_points::ControlPoints::new(context, basis, order, data.ends).at("solve")?,
+            &control_points::ControlPoints::new(context, basis, order, data.ends)
+                .at(Argument::Solve)?,
         ),
         Solve::Shape { family, control_points } => {
             single(shape::solver(context, family, control_points, data)?.as_ref())
         }
         Solve::Both { family, order } => {
-            single(&both::Both::new(context, family, order).at("solve")?)
+            single(&both::Both::new(context, family, order).at(Argument::Solve)?)
         }
         Solve::Tolerance { basis, tolerance } => {
             if options.parameter_correction {
                 let why = "parameter correction would move the parameters at which a tolerance fit places its joints; leave it out here";
-                return Err(Fault::Contradiction(why.into()).at("parameter_correction"));
+                return Err(Fault::Contradiction(why.into()).at(Argument::ParameterCorrection));
             }
             let parameters = options.parameters.in_order(data)?;
             tolerance::fit(context, data, parameters, basis, tolerance)
@@ -320,7 +327,7 @@ impl<const D: usize> Fit<D> {
         let curve = Curve::Single(curve);
         let error = measure::measure(context, &curve, &data.points, &parameters)?;
         if !error.rms.is_finite() {
-            return Err(Fault::Overflow.at("points"));
+            return Err(Fault::Overflow.at(Argument::Points));
         }
         let ordered = parameters.is_sorted();
         let (gradient, gradient_tolerance, locally_minimal) = (None, None, None);

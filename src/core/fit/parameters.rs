@@ -2,8 +2,10 @@
 
 use super::Ends;
 use super::data::Data;
+use crate::core::argument::Argument;
 use crate::core::domain::Domain;
-use crate::core::error::{At, Error, Fault, both, increasing};
+use crate::core::error::{Error, Locate, both};
+use crate::core::fault::{Fault, increasing};
 use crate::core::parameterization::Parameterization;
 
 /// A rule for parameters, or the parameters themselves. Unlike the knots of an interpolant,
@@ -50,7 +52,7 @@ impl Parameters {
         if let Parameters::Values(values) = self {
             let settled =
                 check_count(values, data).and_then(|()| on_domain(values, length, data.ends));
-            return settled.at("values").at("parameterization");
+            return settled.at(Argument::Parameters).at(Argument::Parameterization);
         }
         let sums = self.sums(data)?;
         let total = sums[sums.len() - 1];
@@ -62,8 +64,8 @@ impl Parameters {
         let Parameters::Values(values) = self else { return self.sums(data) };
         check_count(values, data)
             .and_then(|()| check_order(values))
-            .at("values")
-            .at("parameterization")?;
+            .at(Argument::Parameters)
+            .at(Argument::Parameterization)?;
         Ok(values.clone())
     }
 
@@ -77,14 +79,14 @@ impl Parameters {
         let sums = rule.sums(&data.points, data.points.len());
         let total = sums[sums.len() - 1];
         if !total.is_finite() {
-            return Err(Fault::Overflow.at("points"));
+            return Err(Fault::Overflow.at(Argument::Points));
         }
         if total <= 0.0 {
             let why = format!(
                 "all points coincide, so the {} parameterization gives them all the same parameter: no curve is determined",
                 self.name()
             );
-            return Err(Fault::RankDeficient(why).at("points"));
+            return Err(Fault::RankDeficient(why).at(Argument::Points));
         }
         Ok(sums)
     }
@@ -132,7 +134,7 @@ fn on_domain(values: &[f64], length: f64, ends: Ends) -> Result<Vec<f64>, Error>
 
 fn check_order(values: &[f64]) -> Result<(), Error> {
     if let Some(i) = values.iter().position(|t| !t.is_finite()) {
-        return Err(Fault::Overflow.at(i));
+        return Err(Fault::NotFinite.at(i));
     }
     increasing("parameters", values, false)?;
     let last = values.len() - 1;
@@ -192,10 +194,16 @@ mod tests {
                 .place
                 .to_string()
         };
-        assert_eq!(place([0.0, 0.5, 1.5, 1.0], Ends::Free), "/parameterization/values/2");
-        assert_eq!(place([0.0, f64::NAN, 0.5, 1.0], Ends::Free), "/parameterization/values/1");
-        assert_eq!(place([0.1, 0.2, 0.3, 1.0], Ends::Interpolate), "/parameterization/values/0");
-        assert_eq!(place([0.0, 0.2, 0.3, 0.9], Ends::Interpolate), "/parameterization/values/3");
+        assert_eq!(place([0.0, 0.5, 1.5, 1.0], Ends::Free), "/parameterization/parameters/2");
+        assert_eq!(place([0.0, f64::NAN, 0.5, 1.0], Ends::Free), "/parameterization/parameters/1");
+        assert_eq!(
+            place([0.1, 0.2, 0.3, 1.0], Ends::Interpolate),
+            "/parameterization/parameters/0"
+        );
+        assert_eq!(
+            place([0.0, 0.2, 0.3, 0.9], Ends::Interpolate),
+            "/parameterization/parameters/3"
+        );
         assert!(
             Parameters::Values(vec![0.9, 0.2, 0.2, 0.1]).on_domain(&data(Ends::Free), 1.0).is_ok()
         );
@@ -210,8 +218,8 @@ mod tests {
                 .place
                 .to_string()
         };
-        assert_eq!(place([3.0, 4.0, 3.5, 5.0]), "/parameterization/values/2");
-        assert_eq!(place([3.0, 3.0, 3.0, 3.0]), "/parameterization/values/3");
+        assert_eq!(place([3.0, 4.0, 3.5, 5.0]), "/parameterization/parameters/2");
+        assert_eq!(place([3.0, 3.0, 3.0, 3.0]), "/parameterization/parameters/3");
         assert_eq!(
             Parameters::Values(vec![-3.0, 4.0, 4.0, 5.0]).in_order(&data(Ends::Free)).unwrap(),
             [-3.0, 4.0, 4.0, 5.0]

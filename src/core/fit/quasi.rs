@@ -10,10 +10,12 @@ use super::reduced::{Reduced, combine, deficiency, length};
 use super::shape::no_influence;
 use super::unsolved::Unsolved;
 use super::{Ends, Solved, Solver};
+use crate::core::argument::Argument;
 use crate::core::basis::{Basis, Quasi, ShapeMatrix, ShapeParameters};
 use crate::core::context::Context;
 use crate::core::curve::Single;
-use crate::core::error::{Error, Fault};
+use crate::core::error::Error;
+use crate::core::fault::Fault;
 use crate::core::linear::least_squares::{Deficient, LeastSquares};
 use crate::core::linear::quadratic_program::convex_rows;
 use crate::core::point::{Point, magnitude};
@@ -56,8 +58,8 @@ impl<const D: usize> Solver<D> for ShapeFit<D> {
                     let count = distinct(parameters.iter().copied().filter(inner));
                     let advice = "give more points, or a lower degree";
                     deficiency(deficient, count, "Bezier points of this degree", advice)
-                        .at("degree")
-                        .at("solve")
+                        .at(Argument::Degree)
+                        .at(Argument::Solve)
                 })
             },
         )?;
@@ -81,14 +83,14 @@ pub(super) fn centre<const D: usize>(points: &[Point<D>]) -> Point<D> {
 /// The basis of a fitted matrix.
 pub(super) fn quasi_basis(context: &Context, matrix: &ShapeMatrix) -> Result<Basis, Error> {
     let rows = matrix.rows().map(<[f64]>::to_vec).collect();
-    let quasi = Quasi::new(context, ShapeParameters::Matrix { rows }).map_err(|error| match error.fault {
+    let quasi = Quasi::new(context, ShapeParameters::Matrix { rows }).map_err(|error| match &error.fault {
         Fault::ShapeRank { rank, columns } => Fault::RankDeficient(format!(
             "the best shape matrix has rank {rank} for {columns} control points: on the best curve some of them cannot be told apart; \
              use a control polygon with fewer points, or seek the control points instead"
         ))
-        .at("control_points")
-        .at("solve"),
-        fault => Error { place: error.place, fault },
+        .at(Argument::ControlPoints)
+        .at(Argument::Solve),
+        _ => error,
     })?;
     Ok(Basis::Quasi(quasi))
 }

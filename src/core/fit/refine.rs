@@ -3,8 +3,10 @@
 use super::problem::Problem;
 use super::spline::Spline;
 use super::through::through;
+use crate::core::argument::Argument;
 use crate::core::context::Context;
-use crate::core::error::{Error, Fault, at_most};
+use crate::core::error::Error;
+use crate::core::fault::{Fault, at_most};
 
 /// After so many rounds every segment is split, so that the rounds that follow are few.
 const PATIENCE: usize = 40;
@@ -86,7 +88,7 @@ fn check_size(context: &Context, segments: usize) -> Result<(), Error> {
                 ADVICE,
             )
         })
-        .map_err(|fault: Fault| fault.at("tolerance").at("solve"))
+        .map_err(|fault: Fault| fault.at(Argument::Tolerance).at(Argument::Solve))
 }
 
 /// The joints of the next round; `None` where there are as many as interpolation has.

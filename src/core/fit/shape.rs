@@ -5,10 +5,12 @@ use super::beta::BetaShape;
 use super::data::Data;
 use super::quasi::ShapeFit;
 use super::{Family, Solver};
+use crate::core::argument::Argument;
 use crate::core::basis::{AlphaBeta, Basis};
 use crate::core::context::Context;
 use crate::core::curve::{valid_points, within_degrees};
-use crate::core::error::{At, Error, Fault, at_most};
+use crate::core::error::{Error, Locate};
+use crate::core::fault::{Fault, at_most};
 use crate::core::point::{Point, magnitude};
 
 /// The solver for the shape of this family.
@@ -25,16 +27,23 @@ pub(super) fn solver<const D: usize>(
     Ok(match family {
         Family::Bezier => {
             let why = "bezier curves have no shape parameter to seek; use the kind \"control-points\", or a family with shape parameters";
-            return Err(Fault::UnsuitableBasis(why.into()).at("family").at("solve"));
+            return Err(Fault::UnsuitableBasis(why.into())
+                .at(Argument::Family)
+                .at(Argument::Solve));
         }
         Family::Beta => Box::new(BetaShape::new(polygon)),
         Family::AlphaBeta => {
             let basis = Basis::AlphaBeta(AlphaBeta::new(1.0, 3.0)?);
-            basis.degree(context, polygon.len() - 1).at("control_points").at("solve")?;
+            basis
+                .degree(context, polygon.len() - 1)
+                .at(Argument::ControlPoints)
+                .at(Argument::Solve)?;
             Box::new(AlphaBetaShape::new(polygon))
         }
         Family::Quasi { degree } => {
-            check_degree(context, degree, polygon.len() - 1).at("degree").at("solve")?;
+            check_degree(context, degree, polygon.len() - 1)
+                .at(Argument::Degree)
+                .at(Argument::Solve)?;
             Box::new(ShapeFit::new(degree, polygon))
         }
     })
@@ -55,13 +64,13 @@ fn check_polygon<const D: usize>(
                 "Use several segments of lower order",
             )?)
         })
-        .at("control_points")
-        .at("solve")?;
+        .at(Argument::ControlPoints)
+        .at(Argument::Solve)?;
     let ends = Some((polygon[0], polygon[polygon.len() - 1]));
     if data.fixed_ends().is_some_and(|fixed| Some(fixed) != ends) {
         let why = "the control polygon does not start at the first point and end at the last, so no shape makes its curve do so; \
                    use ends \"free\"";
-        return Err(Fault::Contradiction(why.into()).at("ends"));
+        return Err(Fault::Contradiction(why.into()).at(Argument::Ends));
     }
     Ok(())
 }
@@ -87,5 +96,5 @@ pub(super) fn no_influence(parameter: &str) -> Error {
         "{parameter} has no influence on the curve of this control polygon at the data's parameters, so the data cannot determine it; \
          use other control points, or seek the control points instead"
     );
-    Fault::RankDeficient(why).at("control_points").at("solve")
+    Fault::RankDeficient(why).at(Argument::ControlPoints).at(Argument::Solve)
 }

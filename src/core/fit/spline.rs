@@ -6,7 +6,8 @@ use super::reduced::combine;
 use super::unsolved::Unsolved;
 use crate::core::context::Context;
 use crate::core::curve::{BSpline, Composite};
-use crate::core::error::{Error, Fault};
+use crate::core::error::Error;
+use crate::core::fault::Fault;
 use crate::core::linear::least_squares::{Deficient, LeastSquares};
 use crate::core::point::Point;
 

@@ -3,10 +3,11 @@
 use super::ordered::Ordered;
 use super::problem::Problem;
 use super::spline::Spline;
+use crate::core::argument::Argument;
 use crate::core::bezier_form::elevate;
 use crate::core::context::Context;
 use crate::core::curve::Composite;
-use crate::core::error::{At, Error};
+use crate::core::error::{Error, Locate};
 use crate::core::knots::Breaks;
 use crate::core::point::Point;
 
@@ -29,7 +30,7 @@ pub(super) fn lowest<const D: usize>(
         }
         _ => return Ok(None),
     };
-    let breaks = Breaks::new(context, vec![t[0], t[t.len() - 1]]).at("points")?;
+    let breaks = Breaks::new(context, vec![t[0], t[t.len() - 1]]).at(Argument::Points)?;
     Ok(Some(Composite::from_flat(breaks, 3, elevate(&bezier, 3))))
 }
 
@@ -94,7 +95,7 @@ fn hermite<const D: usize>(
         }
         breaks.push(ends[1]);
     }
-    Ok(Composite::from_flat(Breaks::new(context, breaks).at("points")?, 3, bezier))
+    Ok(Composite::from_flat(Breaks::new(context, breaks).at(Argument::Points)?, 3, bezier))
 }
 
 fn jet<const D: usize>(ordered: &Ordered<D>, slopes: &[Point<D>], i: usize, short: bool) -> Jet<D> {

@@ -9,10 +9,12 @@ use super::problem::Problem;
 use super::refine::refine;
 use super::spline::Spline;
 use super::through::lowest;
+use crate::core::argument::Argument;
 use crate::core::basis::Basis;
 use crate::core::context::Context;
 use crate::core::curve::{Bases, Curve, Piecewise};
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{Error, Locate};
+use crate::core::fault::Fault;
 use crate::core::point::magnitude;
 
 /// Roundings of the largest coordinate that the way from points to control points and back may
@@ -33,13 +35,13 @@ pub(super) fn fit<const D: usize>(
     basis: Basis,
     tolerance: f64,
 ) -> Result<Fit<D>, Error> {
-    let condition = basis.way_back(context, 3).at("basis").at("solve")?.condition;
-    let target = reachable(data, tolerance, condition).at("solve")?;
+    let condition = basis.way_back(context, 3).at(Argument::Basis).at(Argument::Solve)?.condition;
+    let target = reachable(data, tolerance, condition).at(Argument::Solve)?;
     let problem = Problem::new(context, Ordered::new(data, &parameters), target)?;
     let (spline, iterations, minimal) = found(context, &problem)?;
     let (curve, _) =
         Piecewise::from_composite(context, Bases::Common(basis), 3, &spline.composite, false)
-            .at("solve")?;
+            .at(Argument::Solve)?;
     let curve = Curve::Piecewise(curve);
     let error = measure(context, &curve, &data.points, &parameters)?;
     if error.max > tolerance || error.max.is_nan() {
@@ -83,18 +85,21 @@ fn found<const D: usize>(
 fn reachable<const D: usize>(data: &Data<D>, tolerance: f64, condition: f64) -> Result<f64, Error> {
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         let allowed = "a finite tolerance > 0".into();
-        return Err(
-            Fault::OutOfRange { what: "tolerance", value: tolerance, allowed }.at("tolerance")
-        );
+        return Err(Fault::OutOfRange { what: "tolerance", value: tolerance, allowed }
+            .at(Argument::Tolerance));
     }
     let slack = ROUNDINGS * f64::EPSILON * magnitude(&data.points) * condition;
     if tolerance <= 2.0 * slack {
-        return Err(Fault::ToleranceTooSmall { tolerance, least: 3.0 * slack }.at("tolerance"));
+        return Err(
+            Fault::ToleranceTooSmall { tolerance, least: 3.0 * slack }.at(Argument::Tolerance)
+        );
     }
     Ok(tolerance - slack)
 }
 
 fn not_met(tolerance: f64, best: f64, segments: usize) -> Error {
     let advice = "Points that share a parameter cannot all be met: give different parameters, drop repeated ones, or use a larger tolerance";
-    Fault::ToleranceNotMet { tolerance, best, segments, advice }.at("tolerance").at("solve")
+    Fault::ToleranceNotMet { tolerance, best, segments, advice }
+        .at(Argument::Tolerance)
+        .at(Argument::Solve)
 }

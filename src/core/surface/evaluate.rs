@@ -1,8 +1,10 @@
 //! Points, partial derivatives, normals and curvatures of a surface.
 
 use super::{Direction, Patch, Surface};
+use crate::core::argument::Argument;
 use crate::core::context::Context;
-use crate::core::error::{At, Error, Fault, at_least, at_most, both, every};
+use crate::core::error::{Error, Locate, both, every};
+use crate::core::fault::{Fault, at_least, at_most};
 use crate::core::gaps::derivative_size;
 use crate::core::point::Point;
 
@@ -76,10 +78,10 @@ pub fn evaluate(
     orders: usize,
     wanted: SurfaceQuantities,
 ) -> Result<SurfaceSamples, Error> {
-    check_orders(orders).at("derivatives")?;
-    places.check(context).at("at")?;
+    check_orders(orders).at(Argument::Derivatives)?;
+    places.check(context).at(Argument::Places)?;
     let patch = surface.patch();
-    let pairs = pairs(&patch, places).at("at")?;
+    let pairs = pairs(&patch, places).at(Argument::Places)?;
     let asked = [1, 3, 6][orders] + usize::from(wanted.normal);
     at_most(
         "points and vectors in the answer",
@@ -87,7 +89,7 @@ pub fn evaluate(
         context.limits.answer_points,
         "Ask for fewer samples",
     )
-    .at("at")?;
+    .at(Argument::Places)?;
     let needed = match wanted {
         SurfaceQuantities { mean_curvature: true, .. }
         | SurfaceQuantities { gaussian_curvature: true, .. } => 2,
@@ -162,14 +164,14 @@ impl Places {
         match self {
             Places::Grid(rows, columns) => {
                 both(
-                    at_least("samples", *rows, 2).at("u"),
-                    at_least("samples", *columns, 2).at("v"),
+                    at_least("samples", *rows, 2).at(Argument::U),
+                    at_least("samples", *columns, 2).at(Argument::V),
                 )?;
                 Ok(few(rows.saturating_mul(*columns))?)
             }
-            Places::Parameters(pairs) => {
-                at_least("parameters", pairs.len(), 1).and_then(|()| few(pairs.len())).at("values")
-            }
+            Places::Parameters(pairs) => at_least("parameters", pairs.len(), 1)
+                .and_then(|()| few(pairs.len()))
+                .at(Argument::Parameters),
         }
     }
 }
@@ -187,7 +189,7 @@ fn pairs(patch: &Patch, places: &Places) -> Result<Vec<[f64; 2]>, Error> {
                 let (u, v) = (of_u.settle(u).at(0), of_v.settle(v).at(1));
                 both(u, v).at(i).map(|(u, v)| [u, v])
             };
-            every(pairs.iter().enumerate().map(settle)).at("values")
+            every(pairs.iter().enumerate().map(settle)).at(Argument::Parameters)
         }
     }
 }

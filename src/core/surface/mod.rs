@@ -10,10 +10,12 @@ pub use patch::{Direction, Patch};
 pub use subdivide::{PatchPiece, Pieces, subdivide};
 pub use tessellate::{Mesh, tessellate};
 
+use super::argument::Argument;
 use super::basis::Basis;
 use super::curve::finite_points;
 use super::domain::Domain;
-use super::error::{At, Error, Fault, at_least, at_most};
+use super::error::{Error, Locate};
+use super::fault::{Fault, at_least, at_most};
 use super::point::Point;
 use crate::core::context::Context;
 
@@ -39,16 +41,16 @@ impl Surface {
         v: Basis,
         net: Vec<Vec<Point<3>>>,
     ) -> Result<Self, Error> {
-        at_least("rows of control points", net.len(), 2).at("control_net")?;
+        at_least("rows of control points", net.len(), 2).at(Argument::ControlNet)?;
         let columns = net[0].len();
-        at_least("control points in a row", columns, 2).at(0).at("control_net")?;
+        at_least("control points in a row", columns, 2).at(0).at(Argument::ControlNet)?;
         at_most(
             "control points",
             net.len().saturating_mul(columns),
             context.limits.control_points,
             "Send the surface in parts",
         )
-        .at("control_net")?;
+        .at(Argument::ControlNet)?;
         for (i, row) in net.iter().enumerate() {
             if row.len() != columns {
                 let rule = "every row of a control net has as many points as the first";
@@ -59,12 +61,12 @@ impl Surface {
                     rule,
                 }
                 .at(i)
-                .at("control_net"));
+                .at(Argument::ControlNet));
             }
-            finite_points(row).at(i).at("control_net")?;
+            finite_points(row).at(i).at(Argument::ControlNet)?;
         }
-        u.degree(context, net.len() - 1).at("u")?;
-        v.degree(context, columns - 1).at("v")?;
+        u.degree(context, net.len() - 1).at(Argument::U)?;
+        v.degree(context, columns - 1).at(Argument::V)?;
         Ok(Surface { bases: [u, v], columns, points: net.concat() })
     }
 

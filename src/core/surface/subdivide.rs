@@ -1,10 +1,12 @@
 //! Cutting a surface into patches that together are the same surface.
 
 use super::{Direction, Patch, Surface};
+use crate::core::argument::Argument;
 use crate::core::basis::{Basis, Bezier};
 use crate::core::context::Context;
 use crate::core::domain::Domain;
-use crate::core::error::{At, Error, Fault, at_most, both, increasing};
+use crate::core::error::{Error, Locate, both};
+use crate::core::fault::{Fault, at_most, increasing};
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::subdivide::Form;
@@ -47,7 +49,8 @@ pub fn subdivide(
         let settled = domain.settle_all(values)?;
         increasing("split parameters", &settled, true).map(|()| settled)
     };
-    let (us, vs) = both(cuts(of_u, us).at("u"), cuts(of_v, vs).at("v")).at("at")?;
+    let (us, vs) =
+        both(cuts(of_u, us).at(Argument::U), cuts(of_v, vs).at(Argument::V)).at(Argument::Cuts)?;
     let [m, n] = whole.degrees();
     let points = (us.len() + 1).saturating_mul(vs.len() + 1).saturating_mul((m + 1) * (n + 1));
     at_most(
@@ -56,7 +59,7 @@ pub fn subdivide(
         context.limits.control_points,
         "Cut the surface in parts",
     )
-    .at("at")?;
+    .at(Argument::Cuts)?;
     let mut patches = Vec::with_capacity((us.len() + 1) * (vs.len() + 1));
     for strip in cut(context, &whole, Direction::U, &us)? {
         patches.extend(cut(context, &strip, Direction::V, &vs)?);
@@ -64,7 +67,7 @@ pub fn subdivide(
     if form != Form::Bezier {
         match in_family(context, surface, &patches) {
             Ok((pieces, condition)) => return Ok(Pieces { pieces, in_family: true, condition }),
-            Err(fault) if form == Form::Family => return Err(fault.at("form")),
+            Err(fault) if form == Form::Family => return Err(fault.at(Argument::Form)),
             Err(_) => context.checkpoint()?,
         }
     }
@@ -73,8 +76,8 @@ pub fn subdivide(
         context.checkpoint().map_err(|error| error.fault)?;
         let net = patch.rows().map(<[_]>::to_vec).collect();
         // A fault has no place in the request: the net is not the one given.
-        let surface =
-            Surface::new(context, bezier(), bezier(), net).map_err(|error| error.fault)?;
+        let surface = Surface::new(context, bezier(), bezier(), net)
+            .map_err(|error| error.of_result().fault)?;
         Ok(PatchPiece { domain: patch.domain(), surface })
     };
     Ok(Pieces {
@@ -122,8 +125,8 @@ fn in_family(
         let columns: Vec<_> =
             (0..=order_v).map(|j| way_u.control_points(&super::column(&rows, j))).collect();
         let net = (0..=order_u).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
-        let surface =
-            Surface::new(context, u.clone(), v.clone(), net).map_err(|error| error.fault)?;
+        let surface = Surface::new(context, u.clone(), v.clone(), net)
+            .map_err(|error| error.of_result().fault)?;
         Ok(PatchPiece { domain: patch.domain(), surface })
     };
     let pieces = patches.iter().map(piece).collect::<Result<_, Fault>>()?;

@@ -2,9 +2,11 @@
 
 use super::evaluate::spread;
 use super::{Direction, Patch, Surface};
+use crate::core::argument::Argument;
 use crate::core::context::Context;
-use crate::core::error::{At, Error, Fault};
+use crate::core::error::{Error, Locate};
 use crate::core::evaluate::check_tolerance;
+use crate::core::fault::Fault;
 use crate::core::point::Point;
 
 /// A mesh of triangles that share their vertices.
@@ -89,13 +91,13 @@ impl Bends {
 /// [`SAMPLES`](crate::core::limits::SAMPLES) vertices.
 pub fn tessellate(context: &Context, surface: &Surface, tolerance: f64) -> Result<Mesh, Error> {
     let patch = surface.patch();
-    check_tolerance(tolerance, patch.magnitude()).at("tolerance")?;
+    check_tolerance(tolerance, patch.magnitude()).at(Argument::Tolerance)?;
     let bends = Bends::of(&patch);
     let Some([m, n]) = bends.cells(tolerance, context.limits.samples) else {
         let advice = "Raise the tolerance, or cut the surface first";
         let (what, count, most) =
             ("vertices or more are needed", context.limits.samples + 1, context.limits.samples);
-        return Err(Fault::TooLarge { what, count, most, advice }.at("tolerance"));
+        return Err(Fault::TooLarge { what, count, most, advice }.at(Argument::Tolerance));
     };
     let (us, vs) = (spread(patch.domain()[0], m + 1), spread(patch.domain()[1], n + 1));
     let in_u = context.collect(us.iter().map(|&u| patch.weights(Direction::U, u)))?;

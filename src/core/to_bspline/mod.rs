@@ -10,9 +10,11 @@ mod removal;
 mod smooth;
 mod spline;
 
+use super::argument::Argument;
 use super::bezier_form::split;
 use super::curve::{BSpline, Composite, Curve, Segment};
-use super::error::{At, Error, Fault, at_most};
+use super::error::{Error, Locate};
+use super::fault::{Fault, at_most};
 use super::point::Point;
 use crate::core::context::Context;
 use smooth::Knot;
@@ -83,14 +85,14 @@ pub fn to_bspline<const D: usize>(
     style: KnotStyle,
     tolerance: f64,
 ) -> Result<Conversion<D>, Error> {
-    check_tolerance(tolerance).at("tolerance")?;
+    check_tolerance(tolerance).at(Argument::Tolerance)?;
     if style == KnotStyle::Periodic && !curve.closed() {
         return Err(unsuitable(
             "periodic knots need a closed curve; mark it \"closed\", or ask for clamped knots",
         )
-        .at("knots"));
+        .at(Argument::Knots));
     }
-    let composite = curve.composite(context).at("curve")?;
+    let composite = curve.composite(context).at(Argument::Curve)?;
     let given = match curve {
         Curve::BSpline(spline) => Spline::of_bspline(spline),
         _ => Spline::of_composite(context, &composite)?,
@@ -104,7 +106,7 @@ pub fn to_bspline<const D: usize>(
     let lowered = given.lowered(context, &found, least, allowed)?;
     let converted = match style {
         KnotStyle::Clamped => clamped(lowered),
-        KnotStyle::Uniform => uniform(lowered, &composite, &found, seam).at("knots")?,
+        KnotStyle::Uniform => uniform(lowered, &composite, &found, seam).at(Argument::Knots)?,
         KnotStyle::Periodic => periodic(lowered, seam.unwrap_or(0)),
     };
     finished(context, converted, curve.closed(), &composite, style, tolerance).map(
@@ -132,10 +134,10 @@ fn finished<const D: usize>(
         "Convert the curve in parts",
     )?;
     let curve = BSpline::new(context, degree, knots, points, closed)
-        .map_err(|error| error.fault.at("curve"))?;
+        .map_err(|error| error.of_result().fault.at(Argument::Curve))?;
     let deviation = deviation(context, composite, &curve.composite(context)?)?;
     if style != KnotStyle::Clamped {
-        check_deviation(deviation, tolerance, composite).at("knots")?;
+        check_deviation(deviation, tolerance, composite).at(Argument::Knots)?;
     }
     Ok((curve, deviation))
 }
