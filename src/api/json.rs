@@ -228,7 +228,7 @@ fn depth(body: &[u8]) -> usize {
 /// Writes an answer.
 ///
 /// # Errors
-/// [`Fault::Overflow`] where a number is infinite or not a number: JSON has neither, and `null` is
+/// [`Overflow`](core::fault::Fault::Overflow) where a number is infinite or not a number: JSON has neither, and `null` is
 /// no number. What [`not_written`] says where the buffer ends.
 pub fn write(answer: &impl Written, format: Format, buffer: &mut Buffer) -> Result<(), Problem> {
     writer::write(answer, format, buffer).map_err(|error| not_written(error.0))
@@ -237,7 +237,7 @@ pub fn write(answer: &impl Written, format: Format, buffer: &mut Buffer) -> Resu
 /// The same in one piece, for whoever sends it nowhere.
 ///
 /// # Errors
-/// [`Fault::Overflow`], as [`write()`].
+/// [`Overflow`](core::fault::Fault::Overflow), as [`write()`].
 pub fn to_bytes(answer: &impl Written) -> Result<Vec<u8>, Problem> {
     let mut buffer = Buffer::new(&Context::default(), &memory::unlimited());
     write(answer, Format::default(), &mut buffer).map(|()| buffer.finish().concat())

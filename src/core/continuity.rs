@@ -115,7 +115,7 @@ impl Report {
 /// Measures every joint. O(segments).
 ///
 /// # Errors
-/// [`Fault::Cancelled`](super::error::Fault).
+/// [`Fault::Cancelled`](super::fault::Fault).
 pub fn continuity<const D: usize>(
     context: &Context,
     composite: &Composite<D>,

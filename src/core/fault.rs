@@ -171,7 +171,7 @@ impl fmt::Display for Shown {
 
 impl Fault {
     /// The fault at a step of its own object; callers further out add theirs with
-    /// [`Locate::at`](super::error::Locate::at).
+    /// [`Error::at`].
     pub fn at(self, step: impl Into<Step<Argument>>) -> Error {
         Error::from(self).at(step)
     }

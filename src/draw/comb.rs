@@ -36,7 +36,7 @@ fn per_segment(segments: usize) -> usize {
 /// The comb of a curve. Places without speed have no normal, and no line.
 ///
 /// # Errors
-/// [`Fault::Cancelled`](crate::core::error::Fault).
+/// [`Fault::Cancelled`](crate::core::fault::Fault).
 pub fn teeth<const D: usize>(
     context: &Context,
     composite: &Composite<D>,

@@ -37,7 +37,7 @@ impl Shaded {
     /// Samples a surface at equal steps.
     ///
     /// # Errors
-    /// [`Fault::Cancelled`](crate::core::error::Fault).
+    /// [`Fault::Cancelled`](crate::core::fault::Fault).
     pub fn of(context: &Context, surface: &Surface) -> Result<Self, Error> {
         let patch = surface.patch();
         let at = |[a, b]: [f64; 2], i: usize| a + (b - a) * i as f64 / CELLS as f64;

@@ -74,7 +74,7 @@ impl<const D: usize> Single<D> {
     ///
     /// # Errors
     /// None that a valid curve can cause, as the domain `[0, alpha]` has positive length;
-    /// [`Fault::Cancelled`](crate::core::error::Fault).
+    /// [`Fault::Cancelled`](crate::core::fault::Fault).
     pub fn composite(&self, context: &Context) -> Result<Composite<D>, Error> {
         context.checkpoint()?;
         let (origin, bezier) = self.local_bezier_points();
