@@ -9,7 +9,8 @@ use springline::core::basis::{Basis, Beta, Bezier};
 use springline::core::context::Context;
 use springline::core::curve::{BSpline, Bases, Curve, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
-use springline::core::fit::{self, Ends, Parameters, Solve};
+use springline::core::fit::{self, Ends, Solve};
+use springline::core::parameterization::Parameterization;
 use springline::core::interpolate::{End, EndConditions, interpolate};
 use springline::core::linear::least_squares::LeastSquares;
 use springline::core::parameterization::Parameterization;
@@ -266,7 +267,7 @@ fn fits(count: usize) -> f64 {
         let solve = Solve::ControlPoints { basis: Basis::Bezier(Bezier), order: 15 };
         let options = fit::Options {
             weights: None,
-            parameters: Parameters::ChordLength,
+            parameters: Parameterization::ChordLength,
             ends: Ends::Interpolate,
             parameter_correction: false,
             solve,

@@ -228,8 +228,8 @@ fn depth(body: &[u8]) -> usize {
 /// Writes an answer.
 ///
 /// # Errors
-/// [`Overflow`](core::fault::Fault::Overflow) where a number is infinite or not a number: JSON has neither, and `null` is
-/// no number. What [`not_written`] says where the buffer ends.
+/// [`Overflow`](core::fault::Fault::Overflow) where a number is infinite or not a number: JSON has
+/// neither, and `null` is no number. What [`not_written`] says where the buffer ends.
 pub fn write(answer: &impl Written, format: Format, buffer: &mut Buffer) -> Result<(), Problem> {
     writer::write(answer, format, buffer).map_err(|error| not_written(error.0))
 }

@@ -6,41 +6,9 @@ use super::gaps::{FEW, Gaps, Group, Order, orders, spline_orders};
 use super::knots::Breaks;
 use super::limits;
 use super::point::Point;
+use super::smoothness::Smoothness;
 use crate::core::context::Context;
 use crate::core::linear::lanes::LANES;
-
-/// The smoothness of a joint, from least to most. `G` compares shapes, `C` compares derivatives
-/// with respect to the parameter; a `C1` joint may well be `G2`, so the order is a convention: the
-/// highest class met is named.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Class {
-    /// The segments do not meet.
-    Discontinuous,
-    /// They meet.
-    C0,
-    /// Their tangents agree.
-    G1,
-    /// Their first derivatives agree.
-    C1,
-    /// Their tangents and curvatures agree.
-    G2,
-    /// Their first and second derivatives agree.
-    C2,
-}
-
-impl Class {
-    /// The usual name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Class::Discontinuous => "discontinuous",
-            Class::C0 => "C0",
-            Class::G1 => "G1",
-            Class::C1 => "C1",
-            Class::G2 => "G2",
-            Class::C2 => "C2",
-        }
-    }
-}
 
 /// What counts as agreement.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,11 +33,11 @@ pub struct Joint {
     /// The parameter of the joint.
     pub parameter: f64,
     /// The highest class met.
-    pub class: Class,
+    pub class: Smoothness,
     /// The highest of discontinuous, C0, C1, C2 met.
-    pub parametric: Class,
+    pub parametric: Smoothness,
     /// G1 or G2 where met, else C0 or discontinuous.
-    pub geometric: Class,
+    pub geometric: Smoothness,
     /// The distance between the two ends.
     pub position_gap: f64,
     /// The angle between the tangents in radians; none where a speed vanishes.
@@ -86,7 +54,7 @@ pub struct Joint {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// The lowest class of any joint; C2 for a curve without joints.
-    pub class: Class,
+    pub class: Smoothness,
     /// Every joint in order; for a closed curve the last is the seam, at the end parameter.
     pub joints: Vec<Joint>,
     /// The tolerance used.
@@ -200,7 +168,7 @@ fn measured<const D: usize>(
         let seam = Gaps::new(&orders(count - 1), &orders(0), tolerance.relative, Point::norm);
         joints.push(Joint::new(knots[count], &seam, tolerance));
     }
-    let class = joints.iter().map(|joint| joint.class).min().unwrap_or(Class::C2);
+    let class = joints.iter().map(|joint| joint.class).min().unwrap_or(Smoothness::C2);
     Ok(Report { class, joints, tolerance })
 }
 
@@ -210,19 +178,19 @@ impl Joint {
         let meets = gaps.position.size <= gaps.position.allowed + tolerance.gap;
         let c1 = meets && gaps.first.is_closed();
         let parametric = match () {
-            () if c1 && gaps.second.is_closed() => Class::C2,
-            () if c1 => Class::C1,
-            () if meets => Class::C0,
-            () => Class::Discontinuous,
+            () if c1 && gaps.second.is_closed() => Smoothness::C2,
+            () if c1 => Smoothness::C1,
+            () if meets => Smoothness::C0,
+            () => Smoothness::Discontinuous,
         };
         let [turn, bend] =
             [gaps.tangent, gaps.curvature].map(|gap| gaps.have_tangents().then_some(gap));
         let g1 = turn.is_some_and(|turn| turn.size <= turn.allowed);
         let geometric = match () {
-            () if !meets => Class::Discontinuous,
-            () if g1 && bend.is_some_and(|bend| bend.size <= bend.allowed) => Class::G2,
-            () if g1 => Class::G1,
-            () => Class::C0,
+            () if !meets => Smoothness::Discontinuous,
+            () if g1 && bend.is_some_and(|bend| bend.size <= bend.allowed) => Smoothness::G2,
+            () if g1 => Smoothness::G1,
+            () => Smoothness::C0,
         };
         Joint {
             parameter,
@@ -265,7 +233,7 @@ mod tests {
         );
         assert_eq!(
             (joint.class, joint.parametric, joint.geometric),
-            (Class::G2, Class::C0, Class::G2)
+            (Smoothness::G2, Smoothness::C0, Smoothness::G2)
         );
         assert_eq!(joint.first_derivative_jump, 1.0);
     }
@@ -276,7 +244,7 @@ mod tests {
             &[0.0, 1.0, 2.0],
             &[line(&[[0.0, 0.0], [1.0, 0.0]]), line(&[[1.0, 0.0], [1.0, 1.0]])],
         );
-        assert_eq!(joint.class, Class::C0);
+        assert_eq!(joint.class, Smoothness::C0);
         assert!((joint.tangent_angle.unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
     }
 
@@ -285,7 +253,7 @@ mod tests {
         let cubic = line(&[[1e3, 0.0], [1e3 + 1.0, 3.0], [1e3 + 4.0, 3.0], [1e3 + 5.0, -1.0]]);
         for u in [0.5, 1e-3, 1e-5] {
             let (left, right) = crate::core::bezier_form::split(&cubic, u);
-            assert_eq!(classes(&[0.0, u, 1.0], &[left, right]).class, Class::C2, "u = {u}");
+            assert_eq!(classes(&[0.0, u, 1.0], &[left, right]).class, Smoothness::C2, "u = {u}");
         }
     }
 
@@ -296,7 +264,7 @@ mod tests {
             let left = line(&[[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]]);
             let right = line(&[[1.0, 0.0], [1.0 + 0.5 * h, 0.0], [1.0 + h, 0.3 * h * h]]);
             let joint = classes(&[0.0, 1.0, 1.0 + h], &[left, right]);
-            assert_eq!((joint.class, joint.geometric), (Class::C1, Class::G1), "h = {h}");
+            assert_eq!((joint.class, joint.geometric), (Smoothness::C1, Smoothness::G1), "h = {h}");
         }
     }
 
@@ -351,6 +319,6 @@ mod tests {
         let left = line(&[[0.0, 0.0], [1.0, 1.0], [1.0, 1.0]]);
         let right = line(&[[1.0, 1.0], [1.0, 1.0], [2.0, 0.0]]);
         let joint = classes(&[0.0, 1.0, 2.0], &[left, right]);
-        assert_eq!((joint.tangent_angle, joint.class), (None, Class::C1));
+        assert_eq!((joint.tangent_angle, joint.class), (None, Smoothness::C1));
     }
 }

@@ -42,8 +42,8 @@ pub struct Construction<const D: usize> {
 /// (degree elevation). A single segment runs over the new basis's own domain. O(segments).
 ///
 /// # Errors
-/// At the basis: a basis that cannot write every curve of this degree. At `order`: one below the degree
-/// of the curve, as degrees cannot be lowered exactly. At `curve`: a B-spline that jumps.
+/// At the basis: a basis that cannot write every curve of this degree. At `order`: one below the
+/// degree of the curve, as degrees cannot be lowered exactly. At `curve`: a B-spline that jumps.
 pub fn convert<const D: usize>(
     context: &Context,
     curve: &Curve<D>,

@@ -2,7 +2,7 @@
 
 use super::argument::Argument;
 use super::basis::Basis;
-use super::continuity::{Class, Report, Tolerance, continuity};
+use super::continuity::{Joint, Report, Tolerance, continuity};
 use super::curve::{Bases, Piecewise, Single};
 use super::error::{Error, Locate};
 use super::fault::{Fault, at_least, at_most};
@@ -10,26 +10,12 @@ use super::joint_rows::{Side, derivative_row};
 use super::knots::Breaks;
 use super::limits;
 use super::point::{Point, magnitude};
+use super::smoothness::Smoothness;
 use crate::core::context::Context;
 use crate::core::linear::least_change::{Condition, least_change};
 
 /// Curves in one join.
 pub const CURVES: usize = 1000;
-
-/// The smoothness wanted at every joint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Smoothness {
-    /// The curves meet.
-    C0,
-    /// Their tangents agree.
-    G1,
-    /// Their first derivatives agree.
-    C1,
-    /// Their tangents and curvatures agree.
-    G2,
-    /// Their first and second derivatives agree.
-    C2,
-}
 
 /// Which control points next to a joint may move: as many on a side as derivatives are compared,
 /// and the end itself.
@@ -55,29 +41,24 @@ pub struct Joined<const D: usize> {
     pub continuity: Report,
 }
 
-impl Smoothness {
-    /// How many derivatives are compared.
-    fn order(self) -> usize {
-        match self {
-            Smoothness::C0 => 0,
-            Smoothness::G1 | Smoothness::C1 => 1,
-            Smoothness::G2 | Smoothness::C2 => 2,
-        }
+/// How many derivatives are compared.
+fn derivatives_compared(smoothness: Smoothness) -> usize {
+    match smoothness {
+        Smoothness::Discontinuous | Smoothness::C0 => 0,
+        Smoothness::G1 | Smoothness::C1 => 1,
+        Smoothness::G2 | Smoothness::C2 => 2,
     }
+}
 
-    fn geometric(self) -> bool {
-        matches!(self, Smoothness::G1 | Smoothness::G2)
-    }
+fn is_geometric(smoothness: Smoothness) -> bool {
+    matches!(smoothness, Smoothness::G1 | Smoothness::G2)
+}
 
-    fn met_by(self, report: &Report) -> bool {
-        report.joints.iter().all(|joint| match self {
-            Smoothness::C0 => joint.parametric >= Class::C0,
-            Smoothness::C1 => joint.parametric >= Class::C1,
-            Smoothness::C2 => joint.parametric >= Class::C2,
-            Smoothness::G1 => joint.geometric >= Class::G1,
-            Smoothness::G2 => joint.geometric >= Class::G2,
-        })
-    }
+fn is_met(smoothness: Smoothness, report: &Report) -> bool {
+    let reached = |joint: &Joint| {
+        if is_geometric(smoothness) { joint.geometric } else { joint.parametric }
+    };
+    report.joints.iter().all(|joint| reached(joint) >= smoothness)
 }
 
 /// The curves under way, and what does not change about them.
@@ -126,7 +107,7 @@ pub fn join<const D: usize>(
 ) -> Result<Joined<D>, Error> {
     check(context, &curves).at(Argument::Curves)?;
     let mut chain = Chain::new(curves, smoothness, movable);
-    if smoothness.geometric() {
+    if is_geometric(smoothness) {
         chain.descend(context)?;
     } else {
         chain.points = chain.solve(context, |left| chain.linked(left, Link { r: 1.0, s: 0.0 }))?;
@@ -156,7 +137,7 @@ impl<const D: usize> Chain<D> {
     fn new(curves: Vec<Single<D>>, smoothness: Smoothness, movable: Movable) -> Self {
         let order = curves[0].order();
         let count = curves.len();
-        let reach = smoothness.order();
+        let reach = derivatives_compared(smoothness);
         let may_move = |curve: usize, point: usize| {
             let follows = curve > 0 && point <= reach && movable != Movable::Leading;
             let leads =
@@ -203,7 +184,7 @@ impl<const D: usize> Chain<D> {
     fn linked(&self, left: usize, link: Link) -> Vec<Condition> {
         let right = left + 1;
         let mut conditions = Vec::new();
-        for k in 0..=self.smoothness.order() {
+        for k in 0..=derivatives_compared(self.smoothness) {
             let (before, after) = (self.row(left, k, Side::End), self.row(right, k, Side::Start));
             let slower = self.row(left, 1, Side::End);
             for axis in (0..D).map(unit_vector::<D>) {
@@ -414,7 +395,7 @@ impl<const D: usize> Chain<D> {
         let continuity =
             continuity(context, &curve.composite(context)?, false, Tolerance::default())?;
         let together = gap <= limits::CONTINUITY_TOLERANCE * magnitude(curve.control_points());
-        if !(together && smoothness.met_by(&continuity)) {
+        if !(together && is_met(smoothness, &continuity)) {
             return Err(Fault::UnsuitableCurve(impossible(smoothness, &continuity))
                 .at(Argument::Smoothness));
         }

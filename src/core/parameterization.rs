@@ -16,7 +16,10 @@ pub enum Parameterization {
     ChordLength,
     /// Sums of the square roots of the distances (Lee 1989): calmer at sharp turns.
     Centripetal,
-    /// One parameter for each point; a closed curve has one more, where it returns to the first.
+    /// The parameters themselves. Of an interpolant: one for each point, strictly increasing; a
+    /// closed curve has one more, where it returns to the first. Of a fit: one native parameter for
+    /// each point. For a single segment: inside its domain, in any order. For a tolerance fit: not
+    /// decreasing; the first and the last are the domain.
     Given(Vec<f64>),
 }
 

@@ -1,29 +1,16 @@
 //! New shape parameters on fixed control points.
 
 use super::argument::Argument;
-use super::continuity::{Class, Report, Tolerance, continuity};
+use super::continuity::{Report, Tolerance, continuity};
 use super::curve::{Bases, Composite, Curve, Piecewise, Single};
 use super::distance::largest_distance;
 use super::error::{Error, Locate};
 use super::fault::Fault;
 use super::joint_rows::{Side, derivative_row};
 use super::point::Point;
+use super::smoothness::Smoothness;
 use crate::core::context::Context;
 use crate::core::linear::least_change::{Condition, least_change};
-
-/// What must survive at the joints.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Keep {
-    /// Nothing: every control point stays.
-    #[default]
-    Nothing,
-    /// Tangents stay parallel, with the ratio of end speeds that the curve had.
-    G1,
-    /// First derivatives stay equal.
-    C1,
-    /// First and second derivatives stay equal: then the curve stays the interpolant of its joints.
-    C2,
-}
 
 /// A curve with new shape parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,22 +27,27 @@ pub struct Reshaped<const D: usize> {
 
 /// Gives a curve new bases. O(segments).
 ///
-/// The control points stay, which is what shape parameters are for. At joints that only meets the
-/// promise of the papers for alpha-beta-Bezier and end-tangent Quasi-Bezier curves: others lose
-/// their tangents. With [`Keep::C1`] or [`Keep::G1`] the joints stay and the inner control points
-/// move by the least sum of squares that keeps that class wherever the curve had it. With
-/// [`Keep::C2`] the curve itself stays, as there is only one C2 cubic through its joints for its
-/// ends, and its control points change.
+/// Where only meeting ends are kept (`C0` or less) the control points stay, which is what shape
+/// parameters are for. At joints that only meets the promise of the papers for alpha-beta-Bezier
+/// and end-tangent Quasi-Bezier curves: others lose their tangents. With [`Smoothness::C1`] or
+/// [`Smoothness::G1`] the joints stay and the inner control points move by the least sum of squares
+/// that keeps that class wherever the curve had it. With [`Smoothness::C2`] the curve itself stays,
+/// as there is only one C2 cubic through its joints for its ends, and its control points change.
 ///
 /// # Errors
 /// At `curve`: a B-spline. At `basis` or `bases`: as many as segments, suiting the order. At
-/// `keep`: a joint without enough free control points; a basis without a way back for [`Keep::C2`].
+/// `keep`: `G2`, which is not kept alone; a joint without enough free control points; a basis
+/// without a way back for [`Smoothness::C2`].
 pub fn reshape<const D: usize>(
     context: &Context,
     curve: &Curve<D>,
     bases: Bases,
-    keep: Keep,
+    keep: Smoothness,
 ) -> Result<Reshaped<D>, Error> {
+    if keep == Smoothness::G2 {
+        let why = "G2 cannot be kept alone; keep G1, C1 or C2";
+        return Err(Fault::Contradiction(why.into()).at(Argument::Keep));
+    }
     let old = curve.composite(context).at(Argument::Curve)?;
     let new = match curve {
         Curve::BSpline(_) => {
@@ -91,12 +83,12 @@ fn reshaped_single<const D: usize>(
     context: &Context,
     single: &Single<D>,
     bases: Bases,
-    keep: Keep,
+    keep: Smoothness,
 ) -> Result<Single<D>, Error> {
     bases.check_count(1).at(Argument::Bases)?;
     let basis = bases.of(0).clone();
     let points = match keep {
-        Keep::C2 => {
+        Smoothness::C2 => {
             check_degree(&single.composite(context)?, single.order()).at(Argument::Keep)?;
             basis
                 .way_back(context, single.order())
@@ -114,24 +106,24 @@ fn reshaped_piecewise<const D: usize>(
     old: &Piecewise<D>,
     composite: &Composite<D>,
     bases: Bases,
-    keep: Keep,
+    keep: Smoothness,
 ) -> Result<Piecewise<D>, Error> {
     let (order, breaks, closed) = (old.order(), old.breaks(), old.closed());
     bases.check_count(breaks.segments()).at(Argument::Bases)?;
     bases.check_each(context, |basis| {
-        if keep == Keep::C2 {
+        if keep == Smoothness::C2 {
             basis.way_back(context, order).map(drop)
         } else {
             basis.joinable(context, order)
         }
     })?;
-    if keep == Keep::C2 {
+    if keep == Smoothness::C2 {
         check_degree(composite, order).at(Argument::Keep)?;
         return Ok(Piecewise::from_composite(context, bases, order, composite, closed)?.0);
     }
     let mut points = old.control_points().to_vec();
     let bent = Piecewise::new(context, bases, order, breaks.clone(), closed, points.clone())?;
-    if keep == Keep::Nothing {
+    if keep <= Smoothness::C0 {
         return Ok(bent);
     }
     let kept = kept_joints(context, old, composite, keep)?;
@@ -155,7 +147,7 @@ fn kept_joints<const D: usize>(
     context: &Context,
     old: &Piecewise<D>,
     composite: &Composite<D>,
-    keep: Keep,
+    keep: Smoothness,
 ) -> Result<Vec<Kept>, Error> {
     let segments = old.breaks().segments();
     let report = continuity(context, composite, old.closed(), Tolerance::default())?;
@@ -164,8 +156,8 @@ fn kept_joints<const D: usize>(
         let (left, right) = (i, (i + 1) % segments);
         let (before, after) = (derivative.local(left).last(), derivative.local(right).first());
         let ratio = match keep {
-            Keep::C1 if joint.parametric >= Class::C1 => 1.0,
-            Keep::G1 if joint.geometric >= Class::G1 => after.norm() / before.norm(),
+            Smoothness::C1 if joint.parametric >= Smoothness::C1 => 1.0,
+            Smoothness::G1 if joint.geometric >= Smoothness::G1 => after.norm() / before.norm(),
             _ => return None,
         };
         Some(Kept { parameter: joint.parameter, left, right, ratio })

@@ -24,6 +24,7 @@ pub use text::{check_text, escape};
 use crate::core::argument::Argument;
 use crate::core::context::Context;
 use crate::core::curve::Curve;
+use crate::core::dimensioned::Dimensioned;
 use crate::core::error::{Error, Locate};
 use crate::core::fault::at_most;
 use crate::core::limits;
@@ -37,14 +38,9 @@ use shading::Shaded;
 use sketch::Sketch;
 use view::Box3;
 
-/// Curves of the plane, or of space.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Curves {
-    /// Drawn as they are, y up.
-    Plane(Vec<Curve<2>>),
-    /// Drawn in the fixed projection of this module, z up.
-    Space(Vec<Curve<3>>),
-}
+/// Curves of the plane, drawn as they are, y up; or of space, drawn in the fixed projection of this
+/// module, z up.
+pub type Curves = Dimensioned<Vec<Curve<2>>, Vec<Curve<3>>>;
 
 /// How one curve or surface is told from the others.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -22,13 +22,14 @@ use springline::core::curve::{BSpline, Bases, Composite, Curve, Piecewise, Singl
 use springline::core::error::Error;
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::fault::Fault;
-use springline::core::fit::{Ends, Family, Options, Parameters, Solve, fit};
+use springline::core::fit::{Ends, Family, Options, Solve, fit};
 use springline::core::interpolate::{End, EndConditions, interpolate};
-use springline::core::join::{Movable, Smoothness, join};
+use springline::core::join::{Movable, join};
 use springline::core::knots::Breaks;
 use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
-use springline::core::reshape::{Keep, reshape};
+use springline::core::reshape::reshape;
+use springline::core::smoothness::Smoothness;
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::surface::{self, Places, Surface, SurfaceQuantities};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
@@ -149,7 +150,7 @@ fn fitting(points: Vec<P>, ends: Ends, parameter_correction: bool, solve: Solve<
     run(move |context| {
         let options = Options {
             weights: None,
-            parameters: Parameters::ChordLength,
+            parameters: Parameterization::ChordLength,
             ends,
             parameter_correction,
             solve: solve.clone(),
@@ -365,7 +366,7 @@ const CASES: &[Case] = &[
         name: "reshape: 6,249 bases of order 64, nothing kept",
         prepare: || {
             let curve = piecewise(Bases::Common(bezier()), 64, 6_249);
-            run(move |context| reshape(context, &curve, different(6_249), Keep::Nothing))
+            run(move |context| reshape(context, &curve, different(6_249), Smoothness::C0))
         },
     },
     Case {
@@ -373,7 +374,7 @@ const CASES: &[Case] = &[
         prepare: || {
             let curve =
                 convert(&Context::default(), &bspline(3, 6_249), bezier(), Some(64)).unwrap().curve;
-            run(move |context| reshape(context, &curve, different(6_249), Keep::C1))
+            run(move |context| reshape(context, &curve, different(6_249), Smoothness::C1))
         },
     },
     Case {
@@ -381,7 +382,7 @@ const CASES: &[Case] = &[
         prepare: || {
             let curve =
                 convert(&Context::default(), &bspline(3, 80_000), bezier(), Some(4)).unwrap().curve;
-            run(move |context| reshape(context, &curve, different(80_000), Keep::C1))
+            run(move |context| reshape(context, &curve, different(80_000), Smoothness::C1))
         },
     },
     Case {

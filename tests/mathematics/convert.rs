@@ -5,10 +5,11 @@ use proptest::prelude::*;
 use springline::core::basis::{Basis, Bezier};
 use springline::core::basis_functions::basis_functions;
 use springline::core::context::Context;
-use springline::core::continuity::{Class, Tolerance, continuity};
+use springline::core::continuity::{Tolerance, continuity};
 use springline::core::convert::convert;
 use springline::core::curve::{Composite, Curve, Single};
 use springline::core::point::Point;
+use springline::core::smoothness::Smoothness;
 use springline::core::subdivide::{Cuts, Form, subdivide};
 
 fn bezier() -> Basis {
@@ -79,7 +80,7 @@ fn cuts_are_c2_joints_whatever_the_family() {
         )
         .unwrap();
         assert_eq!(report.joints.len(), 1);
-        assert_eq!(report.joints[0].parametric, Class::C2, "{report:?}");
+        assert_eq!(report.joints[0].parametric, Smoothness::C2, "{report:?}");
     });
 }
 
@@ -101,8 +102,8 @@ fn curves_laid_end_to_end_meet_within_the_gap_allowed() {
             .unwrap()
             .class
     };
-    assert_eq!(class(0.0), Class::Discontinuous);
-    assert_eq!(class(0.01), Class::G2);
+    assert_eq!(class(0.0), Smoothness::Discontinuous);
+    assert_eq!(class(0.01), Smoothness::G2);
     assert!(
         (continuity(&Context::default(), &laid, false, Tolerance::default()).unwrap().joints[0]
             .position_gap

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use springline::core::basis::{Basis, Bezier};
 use springline::core::context::Context;
 use springline::core::curve::Curve;
-use springline::core::fit::{Ends, Family, Fit, Options, Parameters, STATIONARY, Solve, fit};
+use springline::core::fit::{Ends, Family, Fit, Options, STATIONARY, Solve, fit};
+use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
 
 type P = Point<2>;
@@ -68,7 +69,7 @@ fn options(order: usize, ends: Ends, parameter_correction: bool) -> Options<2> {
     let solve = Solve::ControlPoints { basis: Basis::Bezier(Bezier), order };
     Options {
         weights: None,
-        parameters: Parameters::ChordLength,
+        parameters: Parameterization::ChordLength,
         ends,
         parameter_correction,
         solve,
@@ -238,7 +239,7 @@ fn nearest_feet_and_solves_in_turn_find_no_better() {
                     let mut t: Vec<f64> = points.iter().map(|&p| nearest_foot(at, p)).collect();
                     (t[0], t[points.len() - 1]) = (0.0, 1.0);
                     let given = Options {
-                        parameters: Parameters::Values(t),
+                        parameters: Parameterization::Given(t),
                         ..options(order, Ends::Interpolate, false)
                     };
                     let Ok(next) = fit(&Context::default(), points.clone(), given) else { break };
@@ -259,7 +260,7 @@ fn nearest_feet_and_solves_in_turn_find_no_better() {
 fn squares(points: &[P], weights: &[f64], parameters: &[f64], order: usize, ends: Ends) -> f64 {
     let given = Options {
         weights: Some(weights.to_vec()),
-        parameters: Parameters::Values(parameters.to_vec()),
+        parameters: Parameterization::Given(parameters.to_vec()),
         ..options(order, ends, false)
     };
     let fit = fit(&Context::default(), points.to_vec(), given).unwrap();
@@ -324,7 +325,7 @@ fn a_converged_fit_is_stationary_by_differences() {
 /// curve.
 fn told_apart(points: &[P], u: &[f64], order: usize, length: f64) -> f64 {
     let given = Options {
-        parameters: Parameters::Values(u.to_vec()),
+        parameters: Parameterization::Given(u.to_vec()),
         ..options(order, Ends::Interpolate, false)
     };
     let known = fit(&Context::default(), points.to_vec(), given).unwrap();
@@ -366,7 +367,7 @@ fn noise_is_fitted_no_worse_than_by_the_hidden_curve() {
     for order in 3..=6 {
         let (points, u) = hidden(order, 9 * order, 60, 0.01);
         let known = Options {
-            parameters: Parameters::Values(u),
+            parameters: Parameterization::Given(u),
             ..options(order, Ends::Interpolate, false)
         };
         let known = fit(&Context::default(), points.clone(), known).unwrap();
@@ -466,7 +467,8 @@ fn an_order_that_is_broken_is_said() {
     let points = hidden(3, 1, 10, 0.0).0;
     let mut values: Vec<f64> = (0..10).map(|i| f64::from(i) / 9.0).collect();
     values.swap(4, 5);
-    let given = Options { parameters: Parameters::Values(values), ..options(3, Ends::Free, false) };
+    let given =
+        Options { parameters: Parameterization::Given(values), ..options(3, Ends::Free, false) };
     assert!(!fit(&Context::default(), points.clone(), given).unwrap().ordered);
     let plain = fit(&Context::default(), points, options(3, Ends::Free, false)).unwrap();
     assert!(plain.ordered && plain.gradient.is_none() && plain.gradient_tolerance.is_none());

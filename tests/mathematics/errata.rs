@@ -7,13 +7,14 @@ use springline::core::basis::{
 };
 use springline::core::bezier_form::split;
 use springline::core::context::Context;
-use springline::core::continuity::{Class, Report, Tolerance, continuity};
+use springline::core::continuity::{Report, Tolerance, continuity};
 use springline::core::curve::{Bases, Curve, Piecewise};
 use springline::core::fault::Fault;
 use springline::core::interpolate::{End, EndConditions, Interpolant, interpolate};
 use springline::core::limits::CONTINUITY_TOLERANCE;
 use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
+use springline::core::smoothness::Smoothness;
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
 
@@ -66,7 +67,7 @@ fn equation_15_holds_with_a_factor_that_the_paper_leaves_out() {
     law(60, (any::points::<2>(6), betas()), |(points, betas)| {
         let result =
             closed_through(&points, Bases::PerSegment(betas.iter().map(|&b| beta(b)).collect()));
-        assert_eq!(result.continuity.class, Class::C2, "mixed betas stay C2");
+        assert_eq!(result.continuity.class, Smoothness::C2, "mixed betas stay C2");
         for i in 0..5 {
             let [left, right] = sides_of_equation_15(&result.curve, &betas, i);
             let (corrected, other) =
@@ -142,7 +143,11 @@ fn a_reshaped_beta_bezier_composite_is_only_c0() {
     let worst = std::cell::Cell::new(0.0f64);
     law(60, any::points::<2>(7), |points| {
         let report = reshaped(&points, Basis::Bezier(Bezier), |_| beta(1.0));
-        assert!(report.joints.iter().all(|joint| joint.class == Class::C0), "{:?}", report.class);
+        assert!(
+            report.joints.iter().all(|joint| joint.class == Smoothness::C0),
+            "{:?}",
+            report.class
+        );
         worst.set(worst.get().max(report.worst().unwrap().tangent_angle.unwrap()));
     });
     assert!(worst.get() > 2.5, "tangents turn by up to 170 degrees, here {} rad", worst.get());
@@ -164,19 +169,17 @@ fn reshaped_alpha_beta_and_quasi_composites_stay_g1() {
         let of = |i: usize| 0.3 + 0.1 * i as f64;
         let mixed = reshaped(&points, Basis::Bezier(Bezier), |i| alpha_beta(1.0, 3.0 * of(i)));
         assert!(
-            mixed
-                .joints
-                .iter()
-                .all(|joint| joint.geometric >= Class::G1 && joint.parametric == Class::C0)
+            mixed.joints.iter().all(
+                |joint| joint.geometric >= Smoothness::G1 && joint.parametric == Smoothness::C0
+            )
         );
         let quasi = reshaped(&points, alpha_beta(0.9, 2.5), |i| {
             tangent_quasi(of(i), if i % 2 == 0 { 3 } else { 4 })
         });
         assert!(
-            quasi
-                .joints
-                .iter()
-                .all(|joint| joint.geometric >= Class::G1 && joint.parametric == Class::C0)
+            quasi.joints.iter().all(
+                |joint| joint.geometric >= Smoothness::G1 && joint.parametric == Smoothness::C0
+            )
         );
     });
 }
@@ -193,7 +196,7 @@ fn a_reshape_with_equal_end_factors_stays_c1() {
         };
         let report = reshaped(&points, Basis::Bezier(Bezier), equal);
         assert!(
-            report.joints.iter().all(|joint| joint.parametric == Class::C1),
+            report.joints.iter().all(|joint| joint.parametric == Smoothness::C1),
             "{:?}",
             report.class
         );

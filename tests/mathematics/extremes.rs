@@ -3,7 +3,7 @@
 use crate::laws::{apart, at, curves_apart, domain, even, single, size};
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, ShapeParameters};
 use springline::core::context::Context;
-use springline::core::continuity::{Class, Tolerance, continuity};
+use springline::core::continuity::{Tolerance, continuity};
 use springline::core::curve::{BSpline, Bases, Curve, Piecewise, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::fault::Fault;
@@ -12,6 +12,7 @@ use springline::core::knots::Breaks;
 use springline::core::limits::CONTINUITY_TOLERANCE;
 use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
+use springline::core::smoothness::Smoothness;
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
 
@@ -238,7 +239,7 @@ fn interpolants_of_tiny_and_huge_points_scale() {
                 .zip(scaled.curve.control_points())
                 .all(|(&p, &q)| p * scale == q)
         );
-        assert_eq!(scaled.continuity.class, Class::C2);
+        assert_eq!(scaled.continuity.class, Smoothness::C2);
     }
 }
 
@@ -297,7 +298,7 @@ fn equal_points_interpolate_to_a_point_where_knots_do_not_need_distances() {
             interpolate(&Context::default(), &points, shape, bezier(), &Parameterization::Uniform)
                 .unwrap();
         assert!(result.curve.control_points().iter().all(|&p| p == points[0]));
-        assert_eq!(result.continuity.class, Class::C2);
+        assert_eq!(result.continuity.class, Smoothness::C2);
         let error = interpolate(
             &Context::default(),
             &points,
@@ -404,7 +405,7 @@ fn a_jump_is_evaluated_from_the_right_reported_and_converted() {
         )
         .unwrap()
         .class,
-        Class::Discontinuous
+        Smoothness::Discontinuous
     );
     let result =
         to_bspline(&Context::default(), &curve, KnotStyle::Clamped, CONTINUITY_TOLERANCE).unwrap();
@@ -588,7 +589,7 @@ fn one_hundred_thousand_points_interpolate_in_linear_time() {
         let result =
             interpolate(&Context::default(), &points, shape, bezier(), &Parameterization::Uniform)
                 .unwrap();
-        assert_eq!(result.continuity.class, Class::C2);
+        assert_eq!(result.continuity.class, Smoothness::C2);
         let curve = Curve::Piecewise(result.curve);
         let samples = evaluate(
             &Context::default(),

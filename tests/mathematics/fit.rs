@@ -8,12 +8,17 @@ use springline::core::context::Context;
 use springline::core::curve::{Curve, Single};
 use springline::core::error::Error;
 use springline::core::fault::Fault;
-use springline::core::fit::{Ends, Family, Fit, Options, Parameters, Solve, fit};
+use springline::core::fit::{Ends, Family, Fit, Options, Solve, fit};
+use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
 
 type P = Point<2>;
 
-fn options<const D: usize>(parameters: Parameters, ends: Ends, solve: Solve<D>) -> Options<D> {
+fn options<const D: usize>(
+    parameters: Parameterization,
+    ends: Ends,
+    solve: Solve<D>,
+) -> Options<D> {
     Options { weights: None, parameters, ends, parameter_correction: false, solve }
 }
 
@@ -129,7 +134,7 @@ mod vectors {
             basis: basis(&case["basis"]),
             order: case["order"].as_u64().unwrap() as usize,
         };
-        let parameters = Parameters::Values(numbers(&case["parameters"]));
+        let parameters = Parameterization::Given(numbers(&case["parameters"]));
         let fit = fit(
             &Context::default(),
             points::<D>(&case["points"]),
@@ -174,7 +179,7 @@ mod control_points {
                 let fit = fit(
                     &Context::default(),
                     sample(&curve, &parameters),
-                    options(Parameters::Values(parameters.clone()), ends, solve),
+                    options(Parameterization::Given(parameters.clone()), ends, solve),
                 )
                 .unwrap();
                 assert!(
@@ -196,7 +201,7 @@ mod control_points {
         let solve = Solve::ControlPoints { basis: basis.clone(), order: 4 };
         let options = Options {
             weights: Some(weights.clone()),
-            ..options(Parameters::ChordLength, Ends::Free, solve)
+            ..options(Parameterization::ChordLength, Ends::Free, solve)
         };
         let fit = fit(&Context::default(), points.clone(), options).unwrap();
         let residuals: Vec<_> = sample(&fit.curve, &fit.parameters)
@@ -225,10 +230,10 @@ mod control_points {
         let values = steps(20);
         let weighted = Options {
             weights: Some(weights),
-            ..options(Parameters::Values(values.clone()), Ends::Interpolate, solve())
+            ..options(Parameterization::Given(values.clone()), Ends::Interpolate, solve())
         };
         let repeated = options(
-            Parameters::Values((0..20).flat_map(repeat).map(|i| values[i]).collect()),
+            Parameterization::Given((0..20).flat_map(repeat).map(|i| values[i]).collect()),
             Ends::Interpolate,
             solve(),
         );
@@ -243,7 +248,7 @@ mod control_points {
         let even = fit(
             &Context::default(),
             points,
-            options(Parameters::Values(values), Ends::Interpolate, solve()),
+            options(Parameterization::Given(values), Ends::Interpolate, solve()),
         )
         .unwrap();
         assert!(
@@ -259,8 +264,12 @@ mod control_points {
         for ends in [Ends::Free, Ends::Interpolate] {
             let run = |points: Vec<P>| {
                 let solve = Solve::ControlPoints { basis: beta(0.5), order: 4 };
-                fit(&Context::default(), points, options(Parameters::Centripetal, ends, solve))
-                    .unwrap()
+                fit(
+                    &Context::default(),
+                    points,
+                    options(Parameterization::Centripetal, ends, solve),
+                )
+                .unwrap()
             };
             let back: Vec<_> =
                 single(&run(reversed.clone())).control_points().iter().rev().copied().collect();
@@ -276,7 +285,7 @@ mod control_points {
                 &Context::default(),
                 points.clone(),
                 options(
-                    Parameters::Values(values.to_vec()),
+                    Parameterization::Given(values.to_vec()),
                     Ends::Free,
                     Solve::ControlPoints { basis, order },
                 ),
@@ -307,7 +316,7 @@ mod control_points {
             fit(&Context::default(), noisy_arc(points), options).unwrap_err().place.to_string()
         };
         let solve = |order| Solve::ControlPoints { basis: Basis::Bezier(Bezier), order };
-        let plain = |solve| options(Parameters::ChordLength, Ends::Interpolate, solve);
+        let plain = |solve| options(Parameterization::ChordLength, Ends::Interpolate, solve);
         let weighted =
             |weights: &[f64]| Options { weights: Some(weights.to_vec()), ..plain(solve(1)) };
         assert_eq!(place(1, plain(solve(1))), "/points");
@@ -340,7 +349,7 @@ mod control_points {
         let fit = fit(
             &Context::default(),
             points.clone(),
-            options(Parameters::Uniform, Ends::Interpolate, solve),
+            options(Parameterization::Uniform, Ends::Interpolate, solve),
         )
         .unwrap();
         assert_eq!(single(&fit).control_points(), [points[0], points[3]]);
@@ -370,7 +379,7 @@ mod correction {
                 let run = |parameter_correction| {
                     let options = Options {
                         parameter_correction,
-                        ..options(Parameters::Uniform, ends, solve())
+                        ..options(Parameterization::Uniform, ends, solve())
                     };
                     fit(&Context::default(), points.clone(), options).unwrap()
                 };
@@ -400,7 +409,7 @@ mod shape {
             &Context::default(),
             points,
             options(
-                Parameters::Values(values),
+                Parameterization::Given(values),
                 ends,
                 Solve::Shape { family, control_points: polygon.to_vec() },
             ),
@@ -555,7 +564,7 @@ mod shape {
         let fit = fit(
             &Context::default(),
             sample(&curve, &steps(40)),
-            options(Parameters::Uniform, Ends::Interpolate, solve),
+            options(Parameterization::Uniform, Ends::Interpolate, solve),
         )
         .unwrap();
         let (found, sought) = (single(&fit).basis().shape_matrix(3), quintic().shape_matrix(3));
@@ -594,7 +603,7 @@ mod shape {
         let fit = fit(
             &Context::default(),
             points,
-            options(Parameters::Values(steps(30)), Ends::Interpolate, solve),
+            options(Parameterization::Given(steps(30)), Ends::Interpolate, solve),
         )
         .unwrap();
         let matrix = single(&fit).basis().shape_matrix(1);
@@ -663,7 +672,7 @@ mod both {
         fit(
             &Context::default(),
             points,
-            options(Parameters::ChordLength, ends, Solve::Both { family, order: 3 }),
+            options(Parameterization::ChordLength, ends, Solve::Both { family, order: 3 }),
         )
     }
 
@@ -678,7 +687,7 @@ mod both {
             let alone = fit(
                 &Context::default(),
                 points.clone(),
-                options(Parameters::ChordLength, ends, cubic),
+                options(Parameterization::ChordLength, ends, cubic),
             )
             .unwrap();
             let both = run(Family::Quasi { degree: 6 }, points, ends).unwrap();
@@ -698,7 +707,7 @@ mod both {
         let fit = fit(
             &Context::default(),
             points,
-            options(Parameters::Values(values), Ends::Interpolate, solve),
+            options(Parameterization::Given(values), Ends::Interpolate, solve),
         )
         .unwrap();
         assert!(
@@ -742,7 +751,7 @@ mod tolerance {
     fn run<const D: usize>(
         basis: Basis,
         points: Vec<Point<D>>,
-        parameters: Parameters,
+        parameters: Parameterization,
         ends: Ends,
         tolerance: f64,
     ) -> Result<Fit<D>, Error> {
@@ -776,7 +785,7 @@ mod tolerance {
                     let fit = run(
                         basis.clone(),
                         points.clone(),
-                        Parameters::ChordLength,
+                        Parameterization::ChordLength,
                         ends,
                         tolerance,
                     )
@@ -803,7 +812,8 @@ mod tolerance {
 
     #[test]
     fn segments_join_with_two_derivatives() {
-        let fit = run(beta(0.5), wave(200), Parameters::ChordLength, Ends::Free, 1e-3).unwrap();
+        let fit =
+            run(beta(0.5), wave(200), Parameterization::ChordLength, Ends::Free, 1e-3).unwrap();
         let first = fit
             .curve
             .composite(&Context::default())
@@ -826,7 +836,7 @@ mod tolerance {
         let fit = run(
             Basis::Bezier(Bezier),
             points,
-            Parameters::Values(parameters),
+            Parameterization::Given(parameters),
             Ends::Interpolate,
             1e-9,
         )
@@ -845,7 +855,7 @@ mod tolerance {
         let fit = run(
             Basis::Bezier(Bezier),
             points.clone(),
-            Parameters::ChordLength,
+            Parameterization::ChordLength,
             Ends::Free,
             tolerance,
         )
@@ -891,8 +901,8 @@ mod tolerance {
                 let points: Vec<_> = (0..count)
                     .map(|i| Point([number(i), number(i + 100), number(i + 200)]))
                     .collect();
-                let fit =
-                    run(Basis::Bezier(Bezier), points, Parameters::Uniform, ends, 1e-9).unwrap();
+                let fit = run(Basis::Bezier(Bezier), points, Parameterization::Uniform, ends, 1e-9)
+                    .unwrap();
                 assert!(fit.error.max < 1e-9 && segments(&fit) <= count - 3, "{count} {ends:?}");
             }
         }
@@ -901,9 +911,14 @@ mod tolerance {
     #[test]
     fn given_parameters_are_the_domain() {
         let parameters: Vec<f64> = steps(50).iter().map(|u| -3.0 + 10.0 * u).collect();
-        let fit =
-            run(Basis::Bezier(Bezier), wave(50), Parameters::Values(parameters), Ends::Free, 0.1)
-                .unwrap();
+        let fit = run(
+            Basis::Bezier(Bezier),
+            wave(50),
+            Parameterization::Given(parameters),
+            Ends::Free,
+            0.1,
+        )
+        .unwrap();
         assert_eq!(
             fit.curve.composite(&Context::default()).unwrap().breaks().domain(),
             (-3.0, 7.0)
@@ -917,7 +932,7 @@ mod tolerance {
             .map(|t| Point([t, t.sin() + (0.3 * t * t).cos()]))
             .collect();
         let run = |points: Vec<P>| {
-            run(Basis::Bezier(Bezier), points, Parameters::Uniform, Ends::Free, 0.01).unwrap()
+            run(Basis::Bezier(Bezier), points, Parameterization::Uniform, Ends::Free, 0.01).unwrap()
         };
         let (forward, backward) =
             (run(points.clone()), run(points.iter().rev().copied().collect()));
@@ -934,7 +949,7 @@ mod tolerance {
         };
         let mut split: Vec<f64> = steps(20);
         split[10] = split[9];
-        let unmet = error(wave(20), Parameters::Values(split), 1e-3);
+        let unmet = error(wave(20), Parameterization::Given(split), 1e-3);
         assert!(
             matches!(unmet.fault, Fault::ToleranceNotMet { best, .. } if best > 1e-3),
             "{unmet}"
@@ -942,17 +957,17 @@ mod tolerance {
         assert_eq!(unmet.place.to_string(), "/solve/tolerance");
         for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(matches!(
-                error(wave(20), Parameters::Uniform, tolerance).fault,
+                error(wave(20), Parameterization::Uniform, tolerance).fault,
                 Fault::OutOfRange { .. }
             ));
         }
         assert!(matches!(
-            error(wave(20), Parameters::Uniform, 1e-17).fault,
+            error(wave(20), Parameterization::Uniform, 1e-17).fault,
             Fault::ToleranceTooSmall { .. }
         ));
         let straight = Basis::Beta(Beta::from_lambda(0.0).unwrap());
         let no_way_back =
-            run(straight, wave(30), Parameters::Uniform, Ends::Free, 1.0).unwrap_err();
+            run(straight, wave(30), Parameterization::Uniform, Ends::Free, 1.0).unwrap_err();
         assert_eq!(no_way_back.place.to_string(), "/solve/basis");
     }
 
@@ -967,7 +982,7 @@ mod tolerance {
                 false
             });
             let options = options(
-                Parameters::ChordLength,
+                Parameterization::ChordLength,
                 Ends::Interpolate,
                 Solve::Tolerance { basis: Basis::Bezier(Bezier), tolerance: 1e-2 },
             );
@@ -985,7 +1000,7 @@ mod tolerance {
         for ends in [Ends::Free, Ends::Interpolate] {
             for basis in [Basis::Bezier(Bezier), beta(1.0)] {
                 let line =
-                    run(basis.clone(), points[..2].to_vec(), Parameters::Uniform, ends, 1e-9)
+                    run(basis.clone(), points[..2].to_vec(), Parameterization::Uniform, ends, 1e-9)
                         .unwrap();
                 let third = sample(&line.curve, &[0.25]);
                 assert!(
@@ -995,7 +1010,7 @@ mod tolerance {
                 let parabola = run(
                     basis.clone(),
                     points.clone(),
-                    Parameters::Values(vec![0.0, 1.0, 4.0]),
+                    Parameterization::Given(vec![0.0, 1.0, 4.0]),
                     ends,
                     1e-9,
                 )
@@ -1010,7 +1025,7 @@ mod tolerance {
             }
         }
         // Two parameters for three points: a line as close as can be, where that is close enough.
-        let doubled = Parameters::Values(vec![0.0, 1.0, 1.0]);
+        let doubled = Parameterization::Given(vec![0.0, 1.0, 1.0]);
         let line =
             run(Basis::Bezier(Bezier), points.clone(), doubled.clone(), Ends::Free, 5.0).unwrap();
         assert!((line.error.max - points[1].distance(points[2]) / 2.0).abs() < 1e-13);
@@ -1074,7 +1089,7 @@ mod tolerance {
                 let fit = run(
                     Basis::Bezier(Bezier),
                     points.clone(),
-                    Parameters::ChordLength,
+                    Parameterization::ChordLength,
                     Ends::Free,
                     tolerance,
                 )
@@ -1106,7 +1121,7 @@ fn between_is_the_distance_from_the_polyline() {
         let fit = fit(
             &Context::default(),
             noisy_arc(12),
-            options(Parameters::Centripetal, Ends::Free, solve()),
+            options(Parameterization::Centripetal, Ends::Free, solve()),
         )
         .unwrap();
         let mut largest = 0.0f64;
@@ -1142,7 +1157,7 @@ fn overflow_is_an_error() {
             if let Ok(fit) = fit(
                 &Context::default(),
                 huge.clone(),
-                options(Parameters::Uniform, ends, solve.clone()),
+                options(Parameterization::Uniform, ends, solve.clone()),
             ) {
                 assert!(fit.error.max.is_finite() && fit.error.rms.is_finite(), "{solve:?}");
             }

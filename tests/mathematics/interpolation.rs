@@ -5,12 +5,12 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use springline::core::basis::{Basis, Bezier};
 use springline::core::context::Context;
-use springline::core::continuity::Class;
 use springline::core::curve::{Bases, Curve};
 use springline::core::interpolate::{End, EndConditions, Interpolant, interpolate};
 use springline::core::limits::CONTINUITY_TOLERANCE;
 use springline::core::parameterization::Parameterization;
 use springline::core::point::{Point, magnitude};
+use springline::core::smoothness::Smoothness;
 use springline::core::to_bspline::{KnotStyle, to_bspline};
 
 fn rule() -> impl Strategy<Value = Parameterization> {
@@ -61,7 +61,7 @@ fn interpolants_pass_through_their_points_and_are_as_smooth_as_they_say() {
         let curve = Curve::Piecewise(result.curve.clone());
         let knots = result.curve.breaks().as_slice();
         assert!(apart(&at(&curve, &knots[..points.len()]), &points) <= 1e-14 * size(&curve));
-        assert_eq!(result.continuity.class, Class::C2, "{:?}", result.continuity.worst());
+        assert_eq!(result.continuity.class, Smoothness::C2, "{:?}", result.continuity.worst());
         assert_eq!(
             result.continuity.joints.len(),
             if shape == EndConditions::Closed { points.len() } else { points.len() - 2 }
@@ -188,7 +188,7 @@ fn two_and_three_points_suffice_where_the_conditions_allow() {
     );
     assert_eq!(
         through(&[a, b, c], EndConditions::Closed, &Parameterization::Uniform).continuity.class,
-        Class::C2
+        Smoothness::C2
     );
 }
 

@@ -7,11 +7,11 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use springline::core::basis::{Basis, Beta, Bezier};
 use springline::core::context::Context;
-use springline::core::continuity::Class;
 use springline::core::curve::Single;
 use springline::core::error::Error;
-use springline::core::join::{Joined, Movable, Smoothness, join};
+use springline::core::join::{Joined, Movable, join};
 use springline::core::point::Point;
+use springline::core::smoothness::Smoothness;
 
 const CLASSES: [Smoothness; 5] =
     [Smoothness::C0, Smoothness::G1, Smoothness::C1, Smoothness::G2, Smoothness::C2];
@@ -61,17 +61,17 @@ fn sketched<const D: usize>(
 
 fn reached<const D: usize>(joined: &Joined<D>, class: Smoothness) -> bool {
     joined.continuity.joints.iter().all(|joint| match class {
-        Smoothness::C0 => joint.parametric >= Class::C0,
-        Smoothness::C1 => joint.parametric >= Class::C1,
-        Smoothness::C2 => joint.parametric >= Class::C2,
-        Smoothness::G1 => joint.geometric >= Class::G1,
-        Smoothness::G2 => joint.geometric >= Class::G2,
+        Smoothness::Discontinuous | Smoothness::C0 => joint.parametric >= Smoothness::C0,
+        Smoothness::C1 => joint.parametric >= Smoothness::C1,
+        Smoothness::C2 => joint.parametric >= Smoothness::C2,
+        Smoothness::G1 => joint.geometric >= Smoothness::G1,
+        Smoothness::G2 => joint.geometric >= Smoothness::G2,
     })
 }
 
 fn derivatives(class: Smoothness) -> usize {
     match class {
-        Smoothness::C0 => 0,
+        Smoothness::Discontinuous | Smoothness::C0 => 0,
         Smoothness::G1 | Smoothness::C1 => 1,
         Smoothness::G2 | Smoothness::C2 => 2,
     }

@@ -16,7 +16,7 @@ use springline::core::curve::{BSpline, Bases, Curve, Single};
 use springline::core::error::Error;
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::fault::Fault;
-use springline::core::fit::{Ends, Options, Parameters, Solve, fit};
+use springline::core::fit::{Ends, Options, Solve, fit};
 use springline::core::interpolate::{End, EndConditions, interpolate};
 use springline::core::knots::Breaks;
 use springline::core::limits::{CEILING, Limits};
@@ -188,7 +188,7 @@ fn data_points() {
         let solve = Solve::ControlPoints { basis: bezier(), order: 3 };
         let options = Options {
             weights: None,
-            parameters: Parameters::Uniform,
+            parameters: Parameterization::Uniform,
             ends: Ends::Free,
             parameter_correction: false,
             solve,
@@ -216,7 +216,7 @@ fn data_that_make_too_large_a_curve() {
         let solve = Solve::Tolerance { basis: bezier(), tolerance };
         let options = Options {
             weights: None,
-            parameters: Parameters::Uniform,
+            parameters: Parameterization::Uniform,
             ends: Ends::Free,
             parameter_correction: false,
             solve,

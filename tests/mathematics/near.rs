@@ -3,7 +3,8 @@
 use springline::core::basis::{Basis, Bezier};
 use springline::core::context::Context;
 use springline::core::curve::Composite;
-use springline::core::fit::{Ends, Fit, Options, Parameters, Solve, fit};
+use springline::core::fit::{Ends, Fit, Options, Solve, fit};
+use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
 
 /// Random numbers that are the same in every run (SplitMix64: Steele, Lea and Flood 2014).
@@ -71,7 +72,7 @@ fn points<const D: usize>(kind: usize, count: usize, random: &mut Random) -> Vec
     (0..count).map(&mut next).collect()
 }
 
-fn parameters(kind: usize, count: usize, random: &mut Random) -> Parameters {
+fn parameters(kind: usize, count: usize, random: &mut Random) -> Parameterization {
     let mut t = 0.0;
     let mut values = vec![t];
     while kind == 6 && values.len() < count {
@@ -79,10 +80,10 @@ fn parameters(kind: usize, count: usize, random: &mut Random) -> Parameters {
         values.push(t);
     }
     match random.below(3) {
-        _ if kind == 6 => Parameters::Values(values),
-        0 => Parameters::Uniform,
-        1 => Parameters::Centripetal,
-        _ => Parameters::ChordLength,
+        _ if kind == 6 => Parameterization::Given(values),
+        0 => Parameterization::Uniform,
+        1 => Parameterization::Centripetal,
+        _ => Parameterization::ChordLength,
     }
 }
 
@@ -116,7 +117,7 @@ fn leaves<const D: usize>(curve: &Composite<D>, points: &[Point<D>]) -> [f64; 2]
 
 fn tolerance_fit<const D: usize>(
     points: Vec<Point<D>>,
-    parameters: Parameters,
+    parameters: Parameterization,
     ends: Ends,
     tolerance: f64,
 ) -> Fit<D> {
@@ -205,7 +206,7 @@ fn ten_points_that_were_left_by_hundreds() {
         [9.9, 1.8],
     ];
     let points: Vec<_> = points.into_iter().map(Point).collect();
-    let fit = tolerance_fit(points.clone(), Parameters::ChordLength, Ends::Interpolate, 0.3);
+    let fit = tolerance_fit(points.clone(), Parameterization::ChordLength, Ends::Interpolate, 0.3);
     let curve = fit.curve.composite(&Context::default()).unwrap();
     let [far, axis] = leaves(&curve, &points);
     println!(

@@ -6,13 +6,13 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, ShapeParameters};
 use springline::core::context::Context;
-use springline::core::continuity::Class;
 use springline::core::curve::{Bases, Curve, Piecewise};
 use springline::core::interpolate::{End, EndConditions, interpolate};
 use springline::core::knots::Breaks;
 use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
-use springline::core::reshape::{Keep, reshape};
+use springline::core::reshape::reshape;
+use springline::core::smoothness::Smoothness;
 
 fn beta(beta: f64) -> Basis {
     Basis::Beta(Beta::from_beta(beta).unwrap())
@@ -62,7 +62,7 @@ fn problem() -> impl Strategy<Value = (Curve<2>, Bases)> {
 #[test]
 fn a_kept_class_is_kept_and_joints_stay() {
     law(60, problem(), |(curve, new)| {
-        for (keep, class) in [(Keep::G1, Class::G1), (Keep::C1, Class::C1)] {
+        for (keep, class) in [(Smoothness::G1, Smoothness::G1), (Smoothness::C1, Smoothness::C1)] {
             let bent = reshape(&Context::default(), &curve, new.clone(), keep).unwrap();
             assert!(bent.continuity.class >= class, "{keep:?}: {:?}", bent.continuity.worst());
             let joints = |curve: &Curve<2>| {
@@ -78,10 +78,10 @@ fn a_kept_class_is_kept_and_joints_stay() {
 #[test]
 fn nothing_kept_leaves_the_points() {
     law(40, problem(), |(curve, new)| {
-        let bent = reshape(&Context::default(), &curve, new, Keep::Nothing).unwrap();
+        let bent = reshape(&Context::default(), &curve, new, Smoothness::C0).unwrap();
         assert_eq!(curve.control_points(), bent.curve.control_points());
         assert_eq!(bent.points_moved, 0.0);
-        assert!(bent.continuity.class >= Class::C0);
+        assert!(bent.continuity.class >= Smoothness::C0);
     });
 }
 
@@ -99,13 +99,13 @@ fn a_new_beta_breaks_tangents_and_a_new_alpha_beta_does_not() {
         )
         .unwrap()
         .curve;
-        reshape(&Context::default(), &Curve::Piecewise(curve), Bases::Common(new), Keep::Nothing)
+        reshape(&Context::default(), &Curve::Piecewise(curve), Bases::Common(new), Smoothness::C0)
             .unwrap()
             .continuity
             .class
     };
-    assert_eq!(class(beta(1.0), beta(3.0)), Class::C0);
-    assert!(class(alpha_beta(3.0), alpha_beta(1.5)) >= Class::C1);
+    assert_eq!(class(beta(1.0), beta(3.0)), Smoothness::C0);
+    assert!(class(alpha_beta(3.0), alpha_beta(1.5)) >= Smoothness::C1);
     let curve = interpolate(
         &Context::default(),
         &points,
@@ -117,14 +117,14 @@ fn a_new_beta_breaks_tangents_and_a_new_alpha_beta_does_not() {
     .curve;
     let mixed = Bases::PerSegment((1..=5).map(|i| alpha_beta(0.5 * f64::from(i))).collect());
     let bent =
-        reshape(&Context::default(), &Curve::Piecewise(curve), mixed, Keep::Nothing).unwrap();
-    assert!(bent.continuity.joints.iter().all(|joint| joint.geometric >= Class::G1));
+        reshape(&Context::default(), &Curve::Piecewise(curve), mixed, Smoothness::C0).unwrap();
+    assert!(bent.continuity.joints.iter().all(|joint| joint.geometric >= Smoothness::G1));
 }
 
 #[test]
 fn c2_kept_is_the_same_curve() {
     law(60, problem(), |(curve, new)| {
-        let same = reshape(&Context::default(), &curve, new, Keep::C2).unwrap();
+        let same = reshape(&Context::default(), &curve, new, Smoothness::C2).unwrap();
         assert!(curves_apart(&curve, &same.curve) <= 1e-10 * size(&curve).max(size(&same.curve)));
         assert!(same.curve_moved <= 1e-10 * size(&curve).max(size(&same.curve)));
     });
@@ -137,7 +137,7 @@ fn c2_cannot_be_kept_in_a_lower_degree() {
         &Context::default(),
         &single(yang_zeng(), points.clone()),
         Bases::Common(Basis::Bezier(Bezier)),
-        Keep::C2,
+        Smoothness::C2,
     )
     .unwrap_err();
     assert_eq!(error.place.to_string(), "/keep", "{error}");
@@ -147,14 +147,14 @@ fn c2_cannot_be_kept_in_a_lower_degree() {
             .unwrap(),
     );
     let error =
-        reshape(&Context::default(), &curve, Bases::Common(beta(1.0)), Keep::C2).unwrap_err();
+        reshape(&Context::default(), &curve, Bases::Common(beta(1.0)), Smoothness::C2).unwrap_err();
     assert_eq!(error.place.to_string(), "/keep", "{error}");
 }
 
 #[test]
 fn curve_moved_is_the_largest_distance() {
     law(40, problem(), |(curve, new)| {
-        let bent = reshape(&Context::default(), &curve, new, Keep::Nothing).unwrap();
+        let bent = reshape(&Context::default(), &curve, new, Smoothness::C0).unwrap();
         let (old, new) = (
             curve.composite(&Context::default()).unwrap(),
             bent.curve.composite(&Context::default()).unwrap(),
@@ -209,7 +209,8 @@ fn c1_is_kept_by_the_least_change() {
         // conditions.
         let new = Bases::PerSegment(betas[..n].iter().map(|&b| beta(b)).collect());
         let p = old.control_points().to_vec();
-        let bent = reshape(&Context::default(), &Curve::Piecewise(old), new, Keep::C1).unwrap();
+        let bent =
+            reshape(&Context::default(), &Curve::Piecewise(old), new, Smoothness::C1).unwrap();
         let joints = if closed { n } else { n - 1 };
         let mut full = nalgebra::DMatrix::<f64>::zeros(joints, 3 * n + 1);
         for j in 0..joints {
@@ -253,10 +254,10 @@ fn a_hundred_thousand_points_are_reshaped() {
             &Context::default(),
             &Curve::Piecewise(curve),
             Bases::Common(beta(2.0)),
-            Keep::C1,
+            Smoothness::C1,
         )
         .unwrap();
-        assert!(bent.continuity.class >= Class::C1);
+        assert!(bent.continuity.class >= Smoothness::C1);
         assert_eq!(bent.continuity.joints.len(), count - 2);
     }
 }
@@ -285,7 +286,7 @@ fn lines_have_nothing_to_keep_a_corner_with() {
     };
     let open = curve(2, points, breaks.clone(), false);
     assert!(
-        reshape(&Context::default(), &open, Bases::Common(beta(1.0)), Keep::C1).is_ok(),
+        reshape(&Context::default(), &open, Bases::Common(beta(1.0)), Smoothness::C1).is_ok(),
         "one inner point more than joints"
     );
     let straight = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]].map(Point).to_vec();
@@ -296,7 +297,7 @@ fn lines_have_nothing_to_keep_a_corner_with() {
         false,
     );
     assert!(
-        reshape(&Context::default(), &other, Bases::Common(beta(1.0)), Keep::C1).is_ok(),
+        reshape(&Context::default(), &other, Bases::Common(beta(1.0)), Smoothness::C1).is_ok(),
         "order 1 has no shape"
     );
 }
@@ -316,7 +317,7 @@ fn a_joint_that_cannot_stay_smooth_is_named() {
     .curve;
     // In the straight limit inner control points move nothing.
     let straight = Bases::Common(Basis::Beta(Beta::from_lambda(0.0).unwrap()));
-    for keep in [Keep::C1, Keep::G1] {
+    for keep in [Smoothness::C1, Smoothness::G1] {
         let error =
             reshape(&Context::default(), &Curve::Piecewise(curve.clone()), straight.clone(), keep)
                 .unwrap_err();
@@ -336,7 +337,7 @@ fn counts_and_kinds_are_checked() {
                 &Context::default(),
                 &curve,
                 Bases::PerSegment(vec![beta(1.0); 2]),
-                Keep::Nothing
+                Smoothness::C0
             )
             .unwrap_err()
         ),
@@ -344,7 +345,10 @@ fn counts_and_kinds_are_checked() {
     );
     let endless = Basis::Beta(Beta::from_lambda(0.0).unwrap());
     assert_eq!(
-        place(reshape(&Context::default(), &curve, Bases::Common(endless), Keep::C2).unwrap_err()),
+        place(
+            reshape(&Context::default(), &curve, Bases::Common(endless), Smoothness::C2)
+                .unwrap_err()
+        ),
         "/keep"
     );
 }

@@ -10,6 +10,7 @@ use crate::core::context::Context;
 use crate::core::fault::Fault;
 use crate::core::fit as core;
 use crate::core::limits;
+use crate::core::parameterization::Parameterization;
 use crate::core::point::Point;
 
 crate::names! {
@@ -326,13 +327,13 @@ fn options<const D: usize>(
 }
 
 impl FitParameterization {
-    fn parse(self) -> Result<core::Parameters, Error> {
+    fn parse(self) -> Result<Parameterization, Error> {
         Ok(match self.kind()? {
-            FitParameterizationKind::Uniform => core::Parameters::Uniform,
-            FitParameterizationKind::ChordLength => core::Parameters::ChordLength,
-            FitParameterizationKind::Centripetal => core::Parameters::Centripetal,
+            FitParameterizationKind::Uniform => Parameterization::Uniform,
+            FitParameterizationKind::ChordLength => Parameterization::ChordLength,
+            FitParameterizationKind::Centripetal => Parameterization::Centripetal,
             FitParameterizationKind::Parameters => {
-                core::Parameters::Values(need(self.values, "values")?)
+                Parameterization::Given(need(self.values, "values")?)
             }
         })
     }

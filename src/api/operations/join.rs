@@ -11,6 +11,7 @@ use crate::core::curve::{self, Single};
 use crate::core::fault::Fault;
 use crate::core::join as core;
 use crate::core::point::Point;
+use crate::core::smoothness;
 
 crate::names! {
     /// The smoothness wanted at every joint.
@@ -179,14 +180,14 @@ fn single<const D: usize>(curve: curve::Curve<D>) -> Result<Single<D>, Fault> {
     }
 }
 
-impl From<Smoothness> for core::Smoothness {
+impl From<Smoothness> for smoothness::Smoothness {
     fn from(smoothness: Smoothness) -> Self {
         match smoothness {
-            Smoothness::C0 => core::Smoothness::C0,
-            Smoothness::G1 => core::Smoothness::G1,
-            Smoothness::C1 => core::Smoothness::C1,
-            Smoothness::G2 => core::Smoothness::G2,
-            Smoothness::C2 => core::Smoothness::C2,
+            Smoothness::C0 => smoothness::Smoothness::C0,
+            Smoothness::G1 => smoothness::Smoothness::G1,
+            Smoothness::C1 => smoothness::Smoothness::C1,
+            Smoothness::G2 => smoothness::Smoothness::G2,
+            Smoothness::C2 => smoothness::Smoothness::C2,
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::core::context::Context;
 use crate::core::curve::{self, Bases};
 use crate::core::point::Point;
 use crate::core::reshape as core;
+use crate::core::smoothness::Smoothness;
 
 crate::names! {
     /// What must survive at the joints.
@@ -148,10 +149,10 @@ where
     Points: From<Vec<Point<D>>>,
 {
     let wanted = match keep {
-        Keep::Nothing => core::Keep::Nothing,
-        Keep::G1 => core::Keep::G1,
-        Keep::C1 => core::Keep::C1,
-        Keep::C2 => core::Keep::C2,
+        Keep::Nothing => Smoothness::C0,
+        Keep::G1 => Smoothness::G1,
+        Keep::C1 => Smoothness::C1,
+        Keep::C2 => Smoothness::C2,
     };
     let reshaped = core::reshape(context, curve, bases, wanted)?;
     Ok(ReshapeAnswer {

@@ -62,13 +62,8 @@ crate::union! {
 }
 
 /// A curve, or a list of curves, whose dimension is known.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Dimensioned<P = core::Curve<2>, S = core::Curve<3>> {
-    /// 2D.
-    Plane(P),
-    /// 3D.
-    Space(S),
-}
+pub type Dimensioned<P = core::Curve<2>, S = core::Curve<3>> =
+    crate::core::dimensioned::Dimensioned<P, S>;
 
 impl Dimensioned {
     /// Curves of one dimension, that of the first.

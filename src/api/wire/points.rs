@@ -13,26 +13,15 @@ use crate::api::wire::field::{Components, Described, Field, number, read_each};
 use crate::api::wire::raw;
 use crate::api::wire::reading::{Read, Reading};
 use crate::api::writer::{Unwritten, Writer, Written};
+use crate::core::dimensioned::Dimensioned;
 use crate::core::fault::Fault;
 use crate::core::point::Point;
 
 /// Points of the plane or of space; all of one dimension.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Points {
-    /// 2D.
-    Plane(Vec<Point<2>>),
-    /// 3D.
-    Space(Vec<Point<3>>),
-}
+pub type Points = Dimensioned<Vec<Point<2>>, Vec<Point<3>>>;
 
 /// One vector.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Vector {
-    /// 2D.
-    Plane(Point<2>),
-    /// 3D.
-    Space(Point<3>),
-}
+pub type Vector = Dimensioned<Point<2>, Point<3>>;
 
 impl From<Vec<Point<2>>> for Points {
     fn from(points: Vec<Point<2>>) -> Self {

@@ -2,6 +2,7 @@
 
 use crate::api::wire::field::number;
 use crate::core::continuity as core;
+use crate::core::smoothness::Smoothness;
 
 crate::names! {
     /// How much of a report is wanted.
@@ -77,15 +78,15 @@ crate::answer! {
 }
 crate::nested!(answer Continuity);
 
-impl From<core::Class> for Class {
-    fn from(class: core::Class) -> Self {
+impl From<Smoothness> for Class {
+    fn from(class: Smoothness) -> Self {
         match class {
-            core::Class::Discontinuous => Class::Discontinuous,
-            core::Class::C0 => Class::C0,
-            core::Class::G1 => Class::G1,
-            core::Class::C1 => Class::C1,
-            core::Class::G2 => Class::G2,
-            core::Class::C2 => Class::C2,
+            Smoothness::Discontinuous => Class::Discontinuous,
+            Smoothness::C0 => Class::C0,
+            Smoothness::G1 => Class::G1,
+            Smoothness::C1 => Class::C1,
+            Smoothness::G2 => Class::G2,
+            Smoothness::C2 => Class::C2,
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::local::Local;
 use super::problem::Problem;
-use super::spline::Spline;
+use super::spline::CubicSpline;
 use crate::core::context::Context;
 use crate::core::error::Error;
 
@@ -20,8 +20,8 @@ const OVERHEAD: usize = 64;
 pub(super) fn in_batches<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
-    spline: Spline<D>,
-) -> Result<Spline<D>, Error> {
+    spline: CubicSpline<D>,
+) -> Result<CubicSpline<D>, Error> {
     let all = spline.breaks().to_vec();
     let mut best = spline;
     let mut joints: Vec<usize> = (0..all.len()).collect();
@@ -57,7 +57,7 @@ pub(super) fn in_batches<const D: usize>(
 /// Joints to take out together: no two neighbours, the least jumps first, no more than half of the
 /// candidates.
 fn removable<const D: usize>(
-    spline: &Spline<D>,
+    spline: &CubicSpline<D>,
     joints: &[usize],
     needed: &[bool],
 ) -> BTreeSet<usize> {
@@ -108,7 +108,7 @@ fn restore(
 
 /// Inner joints by what taking each out would change, least first: the jump of the third derivative
 /// times the cube of the lengths it acts over (Lyche and Morken 1987 weigh knots alike).
-fn by_jump<const D: usize>(spline: &Spline<D>) -> Vec<usize> {
+fn by_jump<const D: usize>(spline: &CubicSpline<D>) -> Vec<usize> {
     let breaks = spline.composite.breaks();
     let third = |k: usize| {
         let (a, b) = breaks.interval(k);
@@ -132,8 +132,8 @@ fn by_jump<const D: usize>(spline: &Spline<D>) -> Vec<usize> {
 pub(super) fn one_by_one<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
-    spline: Spline<D>,
-) -> Result<(Spline<D>, bool), Error> {
+    spline: CubicSpline<D>,
+) -> Result<(CubicSpline<D>, bool), Error> {
     let mut best = spline;
     let mut local = Local::new(context, problem, &best)?;
     let mut work = WORK;

@@ -7,9 +7,10 @@ use super::data::Data;
 use super::descent::{Descent, Search, State};
 use super::feet::{feet, nearest_feet};
 use super::starts::{Warp, alternated, hops, warps};
-use super::{Fit, Parameters, Solved, Solver};
+use super::{Fit, Solved, Solver};
 use crate::core::context::Context;
 use crate::core::error::Error;
+use crate::core::parameterization::Parameterization;
 
 /// Points that are enough to tell starts apart, and so many more for each control point.
 const EXPLORED: (usize, usize) = (64, 8);
@@ -34,7 +35,7 @@ pub(super) fn correct<const D: usize>(
     parameters: Vec<f64>,
     solver: &dyn Solver<D>,
     data: &Data<D>,
-    rule: &Parameters,
+    rule: &Parameterization,
 ) -> Result<Fit<D>, Error> {
     let mut search = Search::new(data, solver);
     let first = search.state(context, first, parameters)?;
@@ -80,7 +81,7 @@ fn beyond<const D: usize>(
     context: &Context,
     search: &Search<D>,
     first: State<D>,
-    rule: &Parameters,
+    rule: &Parameterization,
     enough: usize,
 ) -> Result<Descent<D>, Error> {
     let (few, chosen) = search.data().thinned(enough);
@@ -107,7 +108,7 @@ fn explored<const D: usize>(
     context: &Context,
     search: &Search<D>,
     first: State<D>,
-    rule: &Parameters,
+    rule: &Parameterization,
 ) -> Result<Descent<D>, Error> {
     let length = search.solver.length();
     let given = first.parameters.clone();
@@ -197,7 +198,7 @@ fn from_lower<const D: usize>(
     lower: &dyn Solver<D>,
     mut best: Descent<D>,
     given: &[f64],
-    rule: &Parameters,
+    rule: &Parameterization,
 ) -> Result<Descent<D>, Error> {
     let below = Search::new(search.data(), lower);
     let mut starts = vec![given.to_vec(), best.state.parameters.clone()];

@@ -7,7 +7,7 @@
 
 use super::data::Data;
 use super::freedom::Freedom;
-use super::newton::{At, Matrix, Space, Step};
+use super::newton::{At, Matrix, NewtonStep, Space};
 use super::offsets::Scene;
 use super::{CORRECTION_ROUNDS, STATIONARY, Solved, Solver};
 use crate::core::basis::{Basis, Bezier};
@@ -129,7 +129,7 @@ impl<'a, const D: usize> Search<'a, D> {
             let step = first_step(context, &at, &space, matrices, damping)?;
             // Near a minimum rounding hides whether a step leads down.
             let hidden = SAME * state.squares;
-            let Some(Step { parameters, decrease, .. }) =
+            let Some(NewtonStep { parameters, decrease, .. }) =
                 step.filter(|step| step.decrease > -hidden)
             else {
                 damping = (damping * 8.0).max(DAMPINGS[1]);
@@ -282,7 +282,7 @@ fn first_step<const D: usize>(
     space: &Space<D>,
     matrices: &[Matrix],
     damping: f64,
-) -> Result<Option<Step<D>>, Error> {
+) -> Result<Option<NewtonStep<D>>, Error> {
     for &matrix in matrices {
         let sums = at.sums(context, space, matrix, damping)?;
         if let Some(step) = at.step(context, space, &sums, matrix, damping, 0.0)? {

@@ -74,8 +74,8 @@ fn moved<const D: usize>(
 }
 
 impl<const D: usize> Feet<'_, D> {
-    /// The nearest of the feet downhill from the parameter and from every place that is no further from
-    /// the point than those beside it.
+    /// The nearest of the feet downhill from the parameter and from every place that is no further
+    /// from the point than those beside it.
     fn nearest(&self, point: Point<D>, parameter: f64, places: &[(f64, Point<D>)]) -> f64 {
         let distances: Vec<f64> = places.iter().map(|(_, place)| place.distance(point)).collect();
         let is_low = |&k: &usize| {

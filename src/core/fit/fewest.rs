@@ -3,7 +3,7 @@
 use super::coarsen;
 use super::problem::Problem;
 use super::spacing::Spacing;
-use super::spline::Spline;
+use super::spline::CubicSpline;
 use crate::core::context::Context;
 use crate::core::error::Error;
 
@@ -22,8 +22,8 @@ const SCAN: usize = 8_000;
 pub(super) fn fewest<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
-    start: Spline<D>,
-) -> Result<(Spline<D>, bool), Error> {
+    start: CubicSpline<D>,
+) -> Result<(CubicSpline<D>, bool), Error> {
     if start.segments() == 1 {
         return Ok((start, true));
     }
@@ -45,7 +45,7 @@ pub(super) fn fewest<const D: usize>(
 }
 
 /// Whether a spline is better than another: fewer segments, or as many and a smaller error.
-fn is_better<const D: usize>(spline: &Spline<D>, other: &Spline<D>) -> bool {
+fn is_better<const D: usize>(spline: &CubicSpline<D>, other: &CubicSpline<D>) -> bool {
     let (segments, than) = (spline.segments(), other.segments());
     segments < than || (segments == than && spline.error() < other.error())
 }
@@ -56,8 +56,8 @@ fn spread<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
     spacing: &Spacing,
-    best: &Spline<D>,
-) -> Result<Option<Spline<D>>, Error> {
+    best: &CubicSpline<D>,
+) -> Result<Option<CubicSpline<D>>, Error> {
     if best.segments() == 1 {
         return Ok(None);
     }
@@ -87,8 +87,8 @@ fn spread<const D: usize>(
 fn moved<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
-    start: &Spline<D>,
-) -> Result<Option<Spline<D>>, Error> {
+    start: &CubicSpline<D>,
+) -> Result<Option<CubicSpline<D>>, Error> {
     let (mut spacing, mut vain) = (Spacing::by_jumps(&start.composite), 0);
     let (mut best, mut least) = (None, start.segments());
     let mut wanted = least - 1;
@@ -122,7 +122,7 @@ fn scan<const D: usize>(
     problem: &Problem<D>,
     equal: &Spacing,
     below: usize,
-) -> Result<Option<Spline<D>>, Error> {
+) -> Result<Option<CubicSpline<D>>, Error> {
     let trials = SCAN / problem.ordered.parameters.len();
     for segments in below.saturating_sub(trials).max(2)..below {
         if let Some(spline) = problem.held(context, &equal.breaks(segments))? {

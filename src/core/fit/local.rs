@@ -2,7 +2,7 @@
 
 use super::problem::Problem;
 use super::reduced::combine;
-use super::spline::{Spline, basis_values, clamped_knots, rows};
+use super::spline::{CubicSpline, basis_values, clamped_knots, rows};
 use crate::core::context::Context;
 use crate::core::error::Error;
 use crate::core::linear::least_squares::LeastSquares;
@@ -36,7 +36,7 @@ impl<'a, 'b, const D: usize> Local<'a, 'b, D> {
     pub(super) fn new(
         context: &Context,
         problem: &'a Problem<'b, D>,
-        spline: &Spline<D>,
+        spline: &CubicSpline<D>,
     ) -> Result<Self, Error> {
         let (breaks, ordered) = (spline.breaks().to_vec(), &problem.ordered);
         let segments = breaks.len() - 1;

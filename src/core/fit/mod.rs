@@ -39,13 +39,13 @@ mod tolerance;
 mod unsolved;
 
 pub use measure::FitError;
-pub use parameters::Parameters;
 
 use super::argument::Argument;
 use super::basis::Basis;
 use super::curve::{Curve, Single};
 use super::error::{Error, Locate};
 use super::fault::Fault;
+use super::parameterization::Parameterization;
 use super::point::Point;
 use crate::core::context::Context;
 use data::Data;
@@ -63,7 +63,7 @@ pub struct Options<const D: usize> {
     /// One positive weight per point; none means that all count the same.
     pub weights: Option<Vec<f64>>,
     /// How the points get their parameters.
-    pub parameters: Parameters,
+    pub parameters: Parameterization,
     /// What happens at the first and the last point.
     pub ends: Ends,
     /// Whether to move the parameters to the feet of the points on the curve, and solve again
@@ -244,12 +244,13 @@ trait Solver<const D: usize> {
 /// ```
 /// use springline::core::basis::{Basis, Bezier};
 /// use springline::core::context::Context;
-/// use springline::core::fit::{Ends, Options, Parameters, Solve, fit};
+/// use springline::core::fit::{Ends, Options, Solve, fit};
+/// use springline::core::parameterization::Parameterization;
 /// use springline::core::point::Point;
 ///
 /// let points = vec![Point([0.0, 0.0]), Point([1.0, 1.0]), Point([2.0, 1.0]), Point([3.0, 0.0])];
 /// let solve = Solve::ControlPoints { basis: Basis::Bezier(Bezier), order: 2 };
-/// let parameters = Parameters::ChordLength;
+/// let parameters = Parameterization::ChordLength;
 /// let ends = Ends::Interpolate;
 /// let options = Options { weights: None, parameters, ends, parameter_correction: true, solve };
 /// let fit = fit(&Context::default(), points, options)?;

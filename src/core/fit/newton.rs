@@ -52,7 +52,7 @@ pub(super) struct Sums {
 }
 
 /// A step, and by how much it should lower half the sum of squares.
-pub(super) struct Step<const D: usize> {
+pub(super) struct NewtonStep<const D: usize> {
     pub(super) parameters: Vec<f64>,
     pub(super) decrease: f64,
     /// The Bezier points of the change of the curve, in units of the scene.
@@ -217,7 +217,7 @@ impl<const D: usize> At<'_, D> {
         matrix: Matrix,
         damping: f64,
         stiffness: f64,
-    ) -> Result<Option<Step<D>>, Error> {
+    ) -> Result<Option<NewtonStep<D>>, Error> {
         let Some(y) = sums.solve(space, stiffness) else { return Ok(None) };
         let change = space.change(&y);
         let mut parameters = Vec::with_capacity(self.parameters.len());
@@ -242,7 +242,7 @@ impl<const D: usize> At<'_, D> {
                 parameters.push(to);
             }
         }
-        Ok(Some(Step { parameters, decrease, change }))
+        Ok(Some(NewtonStep { parameters, decrease, change }))
     }
 }
 

@@ -8,37 +8,17 @@ use crate::core::error::{Error, Locate, both};
 use crate::core::fault::{Fault, increasing};
 use crate::core::parameterization::Parameterization;
 
-/// A rule for parameters, or the parameters themselves. Unlike the knots of an interpolant,
-/// parameters of a fit may repeat.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Parameters {
-    /// Evenly spaced.
-    Uniform,
-    /// In proportion to the distances between neighbours.
-    ChordLength,
-    /// In proportion to the square roots of the distances (Lee 1989).
-    Centripetal,
-    /// One native parameter per point. For a single segment: inside its domain, in any order. For a
-    /// tolerance fit: not decreasing; the first and the last are the domain.
-    Values(Vec<f64>),
-}
-
-impl Parameters {
-    /// The name on the wire.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Parameters::Values(_) => "parameters",
-            Parameters::Uniform => Parameterization::Uniform.name(),
-            Parameters::ChordLength => Parameterization::ChordLength.name(),
-            Parameters::Centripetal => Parameterization::Centripetal.name(),
-        }
-    }
-
+/// Parameters of a fit. Unlike the knots of an interpolant they may repeat.
+impl Parameterization {
     /// The other rules, where a rule is used.
     pub(super) fn others(&self) -> Vec<Self> {
-        let rules = [Parameters::ChordLength, Parameters::Centripetal, Parameters::Uniform];
+        let rules = [
+            Parameterization::ChordLength,
+            Parameterization::Centripetal,
+            Parameterization::Uniform,
+        ];
         match self {
-            Parameters::Values(_) => Vec::new(),
+            Parameterization::Given(_) => Vec::new(),
             rule => rules.into_iter().filter(|other| other != rule).collect(),
         }
     }
@@ -49,19 +29,19 @@ impl Parameters {
         data: &Data<D>,
         length: f64,
     ) -> Result<Vec<f64>, Error> {
-        if let Parameters::Values(values) = self {
+        if let Parameterization::Given(values) = self {
             let settled =
                 check_count(values, data).and_then(|()| on_domain(values, length, data.ends));
             return settled.at(Argument::Parameters).at(Argument::Parameterization);
         }
-        let sums = self.sums(data)?;
+        let sums = self.positive_sums(data)?;
         let total = sums[sums.len() - 1];
         Ok(sums.iter().map(|sum| sum / total * length).collect())
     }
 
     /// Parameters that do not decrease and span a domain of positive length.
     pub(super) fn in_order<const D: usize>(&self, data: &Data<D>) -> Result<Vec<f64>, Error> {
-        let Parameters::Values(values) = self else { return self.sums(data) };
+        let Parameterization::Given(values) = self else { return self.positive_sums(data) };
         check_count(values, data)
             .and_then(|()| check_order(values))
             .at(Argument::Parameters)
@@ -70,13 +50,8 @@ impl Parameters {
     }
 
     /// The running sums of a rule, the last of them positive.
-    fn sums<const D: usize>(&self, data: &Data<D>) -> Result<Vec<f64>, Error> {
-        let rule = match self {
-            Parameters::ChordLength => Parameterization::ChordLength,
-            Parameters::Centripetal => Parameterization::Centripetal,
-            Parameters::Uniform | Parameters::Values(_) => Parameterization::Uniform,
-        };
-        let sums = rule.sums(&data.points, data.points.len());
+    fn positive_sums<const D: usize>(&self, data: &Data<D>) -> Result<Vec<f64>, Error> {
+        let sums = self.sums(&data.points, data.points.len());
         let total = sums[sums.len() - 1];
         if !total.is_finite() {
             return Err(Fault::Overflow.at(Argument::Points));
@@ -178,17 +153,17 @@ mod tests {
     #[test]
     fn rules_fill_the_domain_and_allow_repeated_points() {
         assert_eq!(
-            Parameters::ChordLength.on_domain(&data(Ends::Free), 0.5).unwrap(),
+            Parameterization::ChordLength.on_domain(&data(Ends::Free), 0.5).unwrap(),
             [0.0, 0.125, 0.125, 0.5]
         );
-        let awkward = Parameters::Uniform.on_domain(&data(Ends::Free), 0.1).unwrap();
+        let awkward = Parameterization::Uniform.on_domain(&data(Ends::Free), 0.1).unwrap();
         assert_eq!(awkward[3], 0.1, "the last parameter is the end of the domain");
     }
 
     #[test]
     fn given_values_are_held_to_the_domain_and_the_ends() {
         let place = |values: [f64; 4], ends| {
-            Parameters::Values(values.to_vec())
+            Parameterization::Given(values.to_vec())
                 .on_domain(&data(ends), 1.0)
                 .unwrap_err()
                 .place
@@ -205,14 +180,16 @@ mod tests {
             "/parameterization/parameters/3"
         );
         assert!(
-            Parameters::Values(vec![0.9, 0.2, 0.2, 0.1]).on_domain(&data(Ends::Free), 1.0).is_ok()
+            Parameterization::Given(vec![0.9, 0.2, 0.2, 0.1])
+                .on_domain(&data(Ends::Free), 1.0)
+                .is_ok()
         );
     }
 
     #[test]
     fn a_tolerance_fit_takes_parameters_in_order() {
         let place = |values: [f64; 4]| {
-            Parameters::Values(values.to_vec())
+            Parameterization::Given(values.to_vec())
                 .in_order(&data(Ends::Free))
                 .unwrap_err()
                 .place
@@ -221,7 +198,7 @@ mod tests {
         assert_eq!(place([3.0, 4.0, 3.5, 5.0]), "/parameterization/parameters/2");
         assert_eq!(place([3.0, 3.0, 3.0, 3.0]), "/parameterization/parameters/3");
         assert_eq!(
-            Parameters::Values(vec![-3.0, 4.0, 4.0, 5.0]).in_order(&data(Ends::Free)).unwrap(),
+            Parameterization::Given(vec![-3.0, 4.0, 4.0, 5.0]).in_order(&data(Ends::Free)).unwrap(),
             [-3.0, 4.0, 4.0, 5.0]
         );
     }
@@ -230,9 +207,9 @@ mod tests {
     fn coinciding_points_determine_nothing() {
         let data = Data::new(&Context::default(), vec![Point([2.0]); 5], None, Ends::Free).unwrap();
         assert_eq!(
-            Parameters::Centripetal.on_domain(&data, 1.0).unwrap_err().place.to_string(),
+            Parameterization::Centripetal.on_domain(&data, 1.0).unwrap_err().place.to_string(),
             "/points"
         );
-        assert!(Parameters::Uniform.on_domain(&data, 1.0).is_ok());
+        assert!(Parameterization::Uniform.on_domain(&data, 1.0).is_ok());
     }
 }

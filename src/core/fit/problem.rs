@@ -2,7 +2,7 @@
 
 use super::near::Near;
 use super::ordered::Ordered;
-use super::spline::Spline;
+use super::spline::CubicSpline;
 use super::unsolved::Unsolved;
 use crate::core::context::Context;
 use crate::core::error::Error;
@@ -31,8 +31,8 @@ impl<'a, const D: usize> Problem<'a, D> {
         &self,
         context: &Context,
         breaks: &[f64],
-    ) -> Result<Option<Spline<D>>, Error> {
-        match Spline::least_squares(context, &self.ordered, breaks) {
+    ) -> Result<Option<CubicSpline<D>>, Error> {
+        match CubicSpline::least_squares(context, &self.ordered, breaks) {
             Ok(spline) => Ok(Some(spline)),
             Err(Unsolved::Deficient(_)) => Ok(None),
             Err(Unsolved::Stopped(error)) => Err(error),
@@ -40,7 +40,7 @@ impl<'a, const D: usize> Problem<'a, D> {
     }
 
     /// Whether every point is within the tolerance, and every stretch near its chord.
-    pub(super) fn holds(&self, context: &Context, spline: &Spline<D>) -> Result<bool, Error> {
+    pub(super) fn holds(&self, context: &Context, spline: &CubicSpline<D>) -> Result<bool, Error> {
         Ok(spline.error() <= self.tolerance
             && self.near.holds(context, &self.ordered, &spline.composite)?)
     }
@@ -50,7 +50,7 @@ impl<'a, const D: usize> Problem<'a, D> {
         &self,
         context: &Context,
         breaks: &[f64],
-    ) -> Result<Option<Spline<D>>, Error> {
+    ) -> Result<Option<CubicSpline<D>>, Error> {
         match self.spline(context, breaks)? {
             Some(spline) if self.holds(context, &spline)? => Ok(Some(spline)),
             _ => Ok(None),
@@ -62,7 +62,7 @@ impl<'a, const D: usize> Problem<'a, D> {
     pub(super) fn violated(
         &self,
         context: &Context,
-        spline: &Spline<D>,
+        spline: &CubicSpline<D>,
     ) -> Result<Vec<bool>, Error> {
         let breaks = spline.breaks();
         let mut violated = vec![false; spline.segments()];

@@ -1,7 +1,7 @@
 //! More joints, until the tolerance holds.
 
 use super::problem::Problem;
-use super::spline::Spline;
+use super::spline::CubicSpline;
 use super::through::through;
 use crate::core::argument::Argument;
 use crate::core::context::Context;
@@ -26,7 +26,7 @@ const TIE: f64 = 1e-9;
 pub(super) fn refine<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
-) -> Result<(Spline<D>, usize), Error> {
+) -> Result<(CubicSpline<D>, usize), Error> {
     let mut joints = vec![0, problem.ordered.stretches()];
     let mut rounds = 1;
     while let Some(spline) = at_places(context, problem, &joints)? {
@@ -49,7 +49,7 @@ fn through_points<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
     rounds: usize,
-) -> Result<(Spline<D>, usize), Error> {
+) -> Result<(CubicSpline<D>, usize), Error> {
     if problem.ordered.places.len() > 3
         && let Some(spline) =
             at_places(context, problem, &not_a_knot(problem.ordered.places.len()))?
@@ -68,7 +68,7 @@ fn at_places<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
     joints: &[usize],
-) -> Result<Option<Spline<D>>, Error> {
+) -> Result<Option<CubicSpline<D>>, Error> {
     check_size(context, joints.len() - 1)?;
     let breaks: Vec<f64> = joints.iter().map(|&place| problem.ordered.places[place]).collect();
     problem.spline(context, &breaks)
@@ -95,7 +95,7 @@ fn check_size(context: &Context, segments: usize) -> Result<(), Error> {
 fn more_joints<const D: usize>(
     problem: &Problem<D>,
     joints: &[usize],
-    spline: &Spline<D>,
+    spline: &CubicSpline<D>,
     violated: Vec<bool>,
     all: bool,
 ) -> Option<Vec<usize>> {
@@ -126,7 +126,7 @@ fn not_a_knot(places: usize) -> Vec<usize> {
 fn split<const D: usize>(
     problem: &Problem<D>,
     joints: &[usize],
-    spline: &Spline<D>,
+    spline: &CubicSpline<D>,
     marked: &[bool],
     least: usize,
 ) -> Vec<usize> {
@@ -149,7 +149,7 @@ fn split<const D: usize>(
 /// distance: rules that do not depend on which end is first.
 fn middle<const D: usize>(
     problem: &Problem<D>,
-    spline: &Spline<D>,
+    spline: &CubicSpline<D>,
     first: usize,
     last: usize,
 ) -> usize {

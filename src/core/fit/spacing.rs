@@ -2,7 +2,7 @@
 
 use super::ordered::Ordered;
 use super::problem::Problem;
-use super::spline::Spline;
+use super::spline::CubicSpline;
 use crate::core::curve::Composite;
 
 /// The least part of the largest share that a segment counts for, so that no stretch is left
@@ -53,7 +53,7 @@ impl Spacing {
     }
 
     /// By the fourth root of the error in each segment: what its length would have to shrink by.
-    pub(super) fn by_errors<const D: usize>(problem: &Problem<D>, spline: &Spline<D>) -> Self {
+    pub(super) fn by_errors<const D: usize>(problem: &Problem<D>, spline: &CubicSpline<D>) -> Self {
         let breaks = spline.breaks();
         let mut errors = vec![0.0f64; spline.segments()];
         let mut k = 0;

@@ -18,14 +18,14 @@ const DEGREE: usize = 3;
 const ROOM: f64 = 1e-6;
 
 /// A spline and how far each point is from it.
-pub(super) struct Spline<const D: usize> {
+pub(super) struct CubicSpline<const D: usize> {
     /// The cubic segments.
     pub(super) composite: Composite<D>,
     /// Of each point from the spline at its parameter.
     pub(super) distances: Vec<f64>,
 }
 
-impl<const D: usize> Spline<D> {
+impl<const D: usize> CubicSpline<D> {
     /// The least-squares C2 cubic with simple knots at these breaks, which increase strictly.
     /// O(points + breaks).
     ///
@@ -83,7 +83,10 @@ impl<const D: usize> Spline<D> {
         let value = |(first, values): &(usize, [f64; 4])| combine(values, &coefficients[*first..]);
         let distances =
             rows.iter().zip(&data.points).map(|(row, &p)| value(row).distance(p)).collect();
-        Ok(Spline { composite: composite(context, knots, coefficients, unknown.len())?, distances })
+        Ok(CubicSpline {
+            composite: composite(context, knots, coefficients, unknown.len())?,
+            distances,
+        })
     }
 
     /// A spline that is known. O(points + segments).
@@ -95,7 +98,7 @@ impl<const D: usize> Spline<D> {
     ) -> Result<Self, Error> {
         let on = composite.evaluator(context)?.sample(context, parameters)?;
         let distances = context.collect(data.points.iter().zip(on).map(|(&p, q)| q.distance(p)))?;
-        Ok(Spline { composite, distances })
+        Ok(CubicSpline { composite, distances })
     }
 
     /// First and last parameter, and the joints between.

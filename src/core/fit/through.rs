@@ -2,7 +2,7 @@
 
 use super::ordered::Ordered;
 use super::problem::Problem;
-use super::spline::Spline;
+use super::spline::CubicSpline;
 use crate::core::argument::Argument;
 use crate::core::bezier_form::elevate;
 use crate::core::context::Context;
@@ -44,7 +44,7 @@ pub(super) fn lowest<const D: usize>(
 pub(super) fn through<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
-) -> Result<Spline<D>, Error> {
+) -> Result<CubicSpline<D>, Error> {
     let ordered = &problem.ordered;
     let mut short = vec![false; ordered.places.len()];
     let mut rounds = 0;
@@ -52,7 +52,7 @@ pub(super) fn through<const D: usize>(
         let composite = hermite(context, ordered, &problem.near.slopes, &short)?;
         let strays = problem.near.strays_through(context, ordered, &composite)?;
         if strays.iter().all(|&i| short[i] && short[i + 1]) {
-            return Spline::of(context, composite, ordered.data, ordered.parameters);
+            return CubicSpline::of(context, composite, ordered.data, ordered.parameters);
         }
         rounds += 1;
         strays.into_iter().for_each(|i| short[i..=i + 1].fill(true));

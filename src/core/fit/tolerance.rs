@@ -7,7 +7,7 @@ use super::measure::measure;
 use super::ordered::Ordered;
 use super::problem::Problem;
 use super::refine::refine;
-use super::spline::Spline;
+use super::spline::CubicSpline;
 use super::through::lowest;
 use crate::core::argument::Argument;
 use crate::core::basis::Basis;
@@ -66,10 +66,10 @@ pub(super) fn fit<const D: usize>(
 fn found<const D: usize>(
     context: &Context,
     problem: &Problem<D>,
-) -> Result<(Spline<D>, usize, bool), Error> {
+) -> Result<(CubicSpline<D>, usize, bool), Error> {
     let (ordered, tolerance) = (&problem.ordered, problem.tolerance);
     if let Some(lowest) = lowest(context, ordered)? {
-        let spline = Spline::of(context, lowest, ordered.data, ordered.parameters)?;
+        let spline = CubicSpline::of(context, lowest, ordered.data, ordered.parameters)?;
         if problem.near.strays_through(context, ordered, &spline.composite)?.is_empty() {
             return Ok((spline, 1, true));
         }
