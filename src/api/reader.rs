@@ -195,8 +195,7 @@ impl<'de> Reader<'de> {
     }
 }
 
-/// The number that 8 bytes are, if they are digits; all taken at once (Lemire, "Number parsing at a
-/// gigabyte per second", 2021).
+/// The number that 8 bytes are, if they are digits; all taken at once (Lemire 2021a).
 #[inline]
 fn eight_digits(bytes: &[u8]) -> Option<u64> {
     let word = u64::from_le_bytes(bytes.try_into().ok()?);

@@ -5,9 +5,8 @@
 //! between two neighbours; where both are on one side of a half, so is the product. Where they
 //! are not, and the power is not exact, the standard library decides, which is exact and slow.
 //! The first step decides nearly always: 6 digits leave some 40 bits behind the point.
-//! Scaling by such a table is in Cox, "Floating-Point Printing and Parsing Can Be Simple And Fast"
-//! (2026); the digits are taken apart within a word as in Lemire and others, "Converting integers
-//! to decimal strings" (2021).
+//! Scaling by such a table is in Cox 2026; the digits are taken apart within a word as in Lemire
+//! 2021b.
 
 /// The most digits that may be asked for: as many tell any two doubles apart.
 pub const MOST: u8 = 17;

@@ -64,7 +64,7 @@ pub(crate) fn step<const D: usize>(
 /// The point at `u`, with `v = 1 - u` given by the caller, who may know it to more digits, of a
 /// segment whose control points were multiplied by their binomial coefficients beforehand.
 ///
-/// Horner's scheme in Bernstein form (Farin, Curves and Surfaces for CAGD, routine `hornbez`):
+/// Horner's scheme in Bernstein form (Farin 2002, routine `hornbez`):
 /// O(d), and as all factors are non-negative it is stable. Exact at `u = 0` and at `v = 0`.
 pub fn horner<const D: usize>(scaled: &[Point<D>], u: f64, v: f64) -> Point<D> {
     scaled[1..].iter().fold((scaled[0], 1.0), |here, &next| step(here, next, u, v)).0

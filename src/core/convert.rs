@@ -23,9 +23,9 @@ pub struct Converted<const D: usize> {
     pub construction: Vec<Construction<D>>,
 }
 
-/// The points through which Cheng et al. Figure 4 constructs the inner Bezier points of a cubic
-/// Beta-Bezier segment: `Q1 = (R11 + beta R12) / (1 + beta)` and `Q2 = (R21 + beta R22) / (1 +
-/// beta)`, eq. (10) and (11).
+/// The points through which Cheng et al. 2021 Figure 4 constructs the inner Bezier points of a
+/// cubic Beta-Bezier segment: `Q1 = (R11 + beta R12) / (1 + beta)` and
+/// `Q2 = (R21 + beta R22) / (1 + beta)`, eq. (10) and (11).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Construction<const D: usize> {
     /// On the edge from P1 to P2, nearer to P1.

@@ -206,7 +206,7 @@ fn end_row<const D: usize>(end: End<D>, h: f64, s: Point<D>, k: f64, t: Point<D>
     match end {
         End::Natural => Row { before: 0.0, diagonal: 2.0, after: 1.0, right: s * 3.0 },
         End::Derivative(vector) => Row { before: 0.0, diagonal: 1.0, after: 0.0, right: vector },
-        // De Boor 1978, IV (10), divided by h + k.
+        // de Boor 1978, IV (10), divided by h + k.
         End::NotAKnot => {
             let (w, x) = (k / (h + k), h / (h + k));
             Row { before: 0.0, diagonal: w, after: 1.0, right: s * (w * (2.0 + x)) + t * (x * x) }

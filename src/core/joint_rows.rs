@@ -16,8 +16,8 @@ pub(crate) enum Side {
 /// each control point.
 ///
 /// `d! / (d - k)! / length^k` times the `k`-th difference of the Bezier points there, through the
-/// shape matrix. Cheng et al. eq. (15), with the factor `1 / (1 + 2 beta)` that it lacks, and eq.
-/// (16) are the cubic Beta-Bezier case.
+/// shape matrix. Cheng et al. 2021 eq. (15), with the factor `1 / (1 + 2 beta)` that it lacks, and
+/// eq. (16) are the cubic Beta-Bezier case.
 pub(crate) fn derivative_row(
     basis: &Basis,
     order: usize,
@@ -49,15 +49,15 @@ mod tests {
     use super::*;
     use crate::core::basis::Beta;
 
-    /// The right side of Cheng et al. eq. (15) over 1 + 2 beta (the factor that the paper leaves
-    /// out).
+    /// The right side of Cheng et al. 2021 eq. (15) over 1 + 2 beta (the factor that the paper
+    /// leaves out).
     fn equation_15(b: f64) -> [f64; 4] {
         let a = b / (1.0 + b);
         let [p1, p2, p3] = [3.0, 3.0 * a, 2.0 * a * b].map(|x| x / (1.0 + 2.0 * b));
         [-(p1 + p2 + p3), p1, p2, p3]
     }
 
-    /// Six times the right side of Cheng et al. eq. (16).
+    /// Six times the right side of Cheng et al. 2021 eq. (16).
     fn equation_16(b: f64) -> [f64; 4] {
         let common = 6.0 / ((1.0 + b) * (1.0 + 2.0 * b));
         [1.0 + b, -2.0 - b, 1.0 - b, b].map(|x| x * common)

@@ -10,7 +10,7 @@ use super::point::Point;
 ///
 /// Coordinate by coordinate, that of the first point where all points are within a factor of two
 /// of it: then the differences are doubles, and so are the sums that lead back (Sterbenz 1974,
-/// Floating-Point Computation, Theorem 4.3.1). Else 0: such points are as far apart as they are
+/// Theorem 4.3.1). Else 0: such points are as far apart as they are
 /// from zero, so that no digit is to be won.
 pub(crate) fn origin_of<const D: usize>(points: &[Point<D>]) -> Point<D> {
     let first = points[0];

@@ -45,7 +45,7 @@ fn betas() -> impl proptest::strategy::Strategy<Value = Vec<f64>> {
     vec(0.1..4.0, 6)
 }
 
-// ---- 1: mixed betas, Cheng et al. eq. (15)
+// ---- 1: mixed betas, Cheng et al. 2021 eq. (15)
 
 /// The bracket of eq. (15) at the joint `p[3]`, for the segment that ends there; the derivative but
 /// for a factor.

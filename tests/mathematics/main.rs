@@ -24,5 +24,6 @@ mod knots;
 mod limits;
 mod near;
 mod properties;
+mod references;
 mod reshape;
 mod vectors;

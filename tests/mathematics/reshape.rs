@@ -178,8 +178,8 @@ fn curve_moved_is_the_largest_distance() {
     });
 }
 
-/// End derivatives of a beta-bezier segment over length 1 (Cheng et al. eq. (15), mended) at its
-/// start.
+/// End derivatives of a beta-bezier segment over length 1 (Cheng et al. 2021 eq. (15), mended) at
+/// its start.
 fn start_row(b: f64) -> [f64; 4] {
     let a = b / (1.0 + b);
     let [p1, p2, p3] = [3.0, 3.0 * a, 2.0 * a * b].map(|x| x / (1.0 + 2.0 * b));

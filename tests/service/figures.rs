@@ -181,7 +181,7 @@ fn assert_close(found: &[[f64; 2]], expected: &[[f64; 2]]) {
     }
 }
 
-/// Cheng et al. Figure 3: Q1 and Q2 by eq. (8) and (9), on the polygon for beta = 0 and at the
+/// Cheng et al. 2021 Figure 3: Q1 and Q2 by eq. (8) and (9), on the polygon for beta = 0 and at the
 /// thirds of the base for infinity.
 #[test]
 fn figure_3_of_cheng_has_the_bezier_points_of_equations_8_and_9() {

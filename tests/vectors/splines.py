@@ -3,7 +3,7 @@
 
 Exact: every double of a curve is taken as the rational number it is, and all arithmetic is that of `fractions`; results are
 rounded to the nearest double once, at the end. Nothing but the definitions is used: the recursion of de Boor and its
-blossom (Ramshaw 1987), differences for derivatives, Cheng et al. eq. (3) for Beta-Bezier. No library beyond Python's own.
+blossom (Ramshaw 1987), differences for derivatives, Cheng et al. 2021 eq. (3) for Beta-Bezier. No library beyond Python's own.
 
     python3 tests/vectors/splines.py
 """
@@ -203,7 +203,7 @@ def spline_jet(degree, knots, points, t, orders):
 
 
 def beta_matrix(n, beta):
-    """Cheng et al. eq. (3): column k multiplies linear factors in Bernstein form."""
+    """Cheng et al. 2021 eq. (3): column k multiplies linear factors in Bernstein form."""
     columns = []
     for k in range(n + 1):
         factors = [(1 + i * beta, i * beta) for i in range(n - k)] + [(j * beta, 1 + j * beta) for j in range(k)]

@@ -51,7 +51,7 @@ impl Output for ContinuityAnswer {}
 pub const EXAMPLES: &[Example] = &[
     Example::new(
         "cheng-figure-9",
-        "Two cubics with different beta (Cheng et al. Figure 9)",
+        "Two cubics with different beta (Cheng et al. 2021 Figure 9)",
         include_str!("../../../openapi/examples/continuity-cheng-figure-9.json"),
     ),
     Example::new(

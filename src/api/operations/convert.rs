@@ -27,8 +27,8 @@ crate::object! {
 }
 
 crate::object! {
-    /// How the Bezier points of a cubic beta-bezier segment are constructed (Cheng et al. Figure
-    /// 4): Q1 = (r11 + beta r12) / (1 + beta) and Q2 = (r21 + beta r22) / (1 + beta).
+    /// How the Bezier points of a cubic beta-bezier segment are constructed (Cheng et al. 2021
+    /// Figure 4): Q1 = (r11 + beta r12) / (1 + beta) and Q2 = (r21 + beta r22) / (1 + beta).
     pub struct Construction {
         /// On the edge from P1 to P2, nearer to P1.
         required r11: Vector,
@@ -63,7 +63,7 @@ impl Output for ConvertAnswer {}
 pub const EXAMPLES: &[Example] = &[
     Example::new(
         "cheng-figure-4",
-        "beta = 1 to Bezier, with its construction (Cheng et al. Figure 4)",
+        "beta = 1 to Bezier, with its construction (Cheng et al. 2021 Figure 4)",
         include_str!("../../../openapi/examples/convert-cheng-figure-4.json"),
     ),
     Example::new(

@@ -127,7 +127,7 @@ impl Output for EvaluateAnswer {}
 pub const EXAMPLES: &[Example] = &[
     Example::new(
         "cheng-figure-3",
-        "A cubic with beta = 1 (Cheng et al. Figure 3)",
+        "A cubic with beta = 1 (Cheng et al. 2021 Figure 3)",
         include_str!("../../../openapi/examples/evaluate-cheng-figure-3.json"),
     ),
     Example::new(

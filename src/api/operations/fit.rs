@@ -185,7 +185,7 @@ pub const EXAMPLES: &[Example] = &[
     ),
     Example::new(
         "shape-cheng-figure-3",
-        "Which beta? (Cheng et al. Figure 3)",
+        "Which beta? (Cheng et al. 2021 Figure 3)",
         include_str!("../../../openapi/examples/fit-shape-cheng-figure-3.json"),
     ),
     Example::new(

@@ -67,7 +67,7 @@ impl Output for InterpolateAnswer {}
 pub const EXAMPLES: &[Example] = &[
     Example::new(
         "cheng-figure-12",
-        "A closed curve through 5 points, beta = 1 (Cheng et al. Figure 12)",
+        "A closed curve through 5 points, beta = 1 (Cheng et al. 2021 Figure 12)",
         include_str!("../../../openapi/examples/interpolate-cheng-figure-12.json"),
     ),
     Example::new(
@@ -89,7 +89,7 @@ impl Operation for Interpolate {
     const TAG: &str = "Points";
     const SUMMARY: &str = "Put a C2 curve through points";
     const DESCRIPTION: &str = "\
-        The composite cubic of Cheng et al. section 5, open or closed, in any cubic basis. \
+        The composite cubic of Cheng et al. 2021 section 5, open or closed, in any cubic basis. \
         Cost: linear in points.";
     const ANSWERED: &str = "The interpolant.";
     const EXAMPLES: &[Example] = EXAMPLES;

@@ -80,7 +80,7 @@ impl Output for JoinAnswer {}
 pub const EXAMPLES: &[Example] = &[
     Example::new(
         "cheng-figure-9",
-        "Two cubics with different beta, made C1 (Cheng et al. Figure 9)",
+        "Two cubics with different beta, made C1 (Cheng et al. 2021 Figure 9)",
         include_str!("../../../openapi/examples/join-cheng-figure-9.json"),
     ),
     Example::new(

@@ -82,7 +82,7 @@ crate::object! {
 pub const EXAMPLES: &[Example] = &[
     Example::new(
         "cheng-figure-3",
-        "One control polygon, three values of beta (Cheng et al. Figure 3)",
+        "One control polygon, three values of beta (Cheng et al. 2021 Figure 3)",
         include_str!("../../../openapi/examples/render-cheng-figure-3.json"),
     ),
     Example::new(

@@ -72,7 +72,8 @@ impl Output for ReshapeAnswer {}
 pub const EXAMPLES: &[Example] = &[
     Example::new(
         "cheng-figure-12",
-        "The closed interpolant of Cheng et al. Figure 12 with beta from 1 to 3: its tangents break",
+        "The closed interpolant of Cheng et al. 2021 Figure 12 with beta from 1 to 3: its tangents \
+         break",
         include_str!("../../../openapi/examples/reshape-cheng-figure-12.json"),
     ),
     Example::new(

@@ -82,7 +82,7 @@ impl Output for SubdivideAnswer {}
 pub const EXAMPLES: &[Example] = &[
     Example::new(
         "cheng-figure-11",
-        "beta = 1, cut at 1/2 (Cheng et al. Figure 11)",
+        "beta = 1, cut at 1/2 (Cheng et al. 2021 Figure 11)",
         include_str!("../../../openapi/examples/subdivide-cheng-figure-11.json"),
     ),
     Example::new(
@@ -104,9 +104,9 @@ impl Operation for Subdivide {
     const TAG: &str = "Curves";
     const SUMMARY: &str = "Cut a curve into pieces";
     const DESCRIPTION: &str = "\
-        The pieces run over the same curve, over the same domain. Cheng et al. section 4 gives \
-        the halves as Bezier curves; here they come back in their own family too. Cost: linear \
-        in pieces.";
+        The pieces run over the same curve, over the same domain. Cheng et al. 2021 section 4 \
+        gives the halves as Bezier curves; here they come back in their own family too. Cost: \
+        linear in pieces.";
     const ANSWERED: &str = "The pieces.";
     const EXAMPLES: &[Example] = EXAMPLES;
 

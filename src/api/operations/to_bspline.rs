@@ -30,9 +30,9 @@ crate::object! {
         /// The curve.
         required curve: Curve,
         /// The knot vector wanted. `clamped` (the default) starts and ends at control points.
-        /// `uniform` has equally spaced simple knots, also beyond the ends (Cheng et al. eq. (26));
-        /// it needs segments of equal length and C(degree-1) joints, and is periodic for a closed
-        /// curve. `periodic` is for any closed curve.
+        /// `uniform` has equally spaced simple knots, also beyond the ends (Cheng et al. 2021 eq.
+        /// (26)); it needs segments of equal length and C(degree-1) joints, and is periodic for a
+        /// closed curve. `periodic` is for any closed curve.
         optional knots: KnotStyle,
         /// The tolerance for measuring continuity, 0 < tolerance < 1, relative to the derivatives
         /// compared; default 1e-9.
@@ -78,12 +78,12 @@ impl Output for ToBsplineAnswer {}
 pub const EXAMPLES: &[Example] = &[
     Example::new(
         "cheng-figure-13",
-        "One cubic with beta = 1 on uniform knots (Cheng et al. Figure 13)",
+        "One cubic with beta = 1 on uniform knots (Cheng et al. 2021 Figure 13)",
         include_str!("../../../openapi/examples/to-bspline-cheng-figure-13.json"),
     ),
     Example::new(
         "cheng-figure-9",
-        "Two cubics with different beta (Cheng et al. Figure 9)",
+        "Two cubics with different beta (Cheng et al. 2021 Figure 9)",
         include_str!("../../../openapi/examples/to-bspline-cheng-figure-9.json"),
     ),
 ];

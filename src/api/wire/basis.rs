@@ -40,7 +40,7 @@ crate::union! {
 crate::union! {
     /// A basis: a family of curves with its shape parameters, without control points.
     pub struct Basis by family: BasisFamily {
-        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more: 0 is the Bezier curve, larger
+        /// The shape parameter of Cheng et al. 2021, 0 or more: 0 is the Bezier curve, larger
         /// values pull the curve towards the segment between its end points. Exactly one of `beta`
         /// and `lambda` is given.
         beta: f64 = number().minimum(Some(0.0)),
@@ -55,11 +55,11 @@ crate::union! {
     }
     /// Bernstein polynomials: no shape parameter.
     "bezier" Bezier as BezierBasis: [] [];
-    /// Cheng, Kazadi and Lin 2021: one shape parameter, any order.
+    /// Cheng et al. 2021: one shape parameter, any order.
     "beta-bezier" Beta as BetaBezierBasis: [] [beta, lambda] either [beta as BetaBezierBasis, lambda as BetaBezierBasisByLambda];
     /// Li 2014: two shape parameters, cubic.
     "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierBasis: [alpha, beta] [] where {
-        /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier
+        /// The second shape parameter of Li 2014, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier
         /// curve.
         beta = li_beta(),
     };

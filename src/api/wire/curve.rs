@@ -16,7 +16,7 @@ crate::union! {
     /// A curve, told by its `family`. Every operation takes one and returns one, so the output of a
     /// call is the input of the next.
     pub struct Curve by family: CurveFamily {
-        /// The shape parameter of Cheng, Kazadi and Lin, 0 or more. Exactly one of `beta` and
+        /// The shape parameter of Cheng et al. 2021, 0 or more. Exactly one of `beta` and
         /// `lambda` is given.
         beta: f64 = number().minimum(Some(0.0)),
         /// 1 / beta, 0 or more; 0 is the limit beta = infinity, the straight segment. Exactly one
@@ -44,12 +44,12 @@ crate::union! {
     }
     /// A Bezier curve over [0, 1].
     "bezier" Bezier as BezierCurve: [control_points] [];
-    /// A Beta-Bezier curve over [0, 1] (Cheng, Kazadi and Lin 2021).
+    /// A Beta-Bezier curve over [0, 1] (Cheng et al. 2021).
     "beta-bezier" Beta as BetaBezierCurve: [control_points] [beta, lambda]
         either [beta as BetaBezierCurve, lambda as BetaBezierCurveByLambda];
     /// An alpha-beta-Bezier curve over [0, alpha] with 4 control points (Li 2014).
     "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierCurve: [alpha, beta, control_points] [] where {
-        /// The second shape parameter of Li, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier
+        /// The second shape parameter of Li 2014, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier
         /// curve.
         beta = li_beta(),
     };

@@ -1,4 +1,4 @@
-//! The Beta-Bezier basis of Cheng, Kazadi and Lin.
+//! The Beta-Bezier basis of Cheng et al. 2021.
 
 use super::{Family, ShapeMatrix};
 use crate::core::argument::Argument;
@@ -6,7 +6,7 @@ use crate::core::bezier_form::binomials;
 use crate::core::error::Error;
 use crate::core::fault::Fault;
 
-/// One parameter for any order, Cheng et al. eq. (3): `beta = 0` is the Bezier curve, a larger
+/// One parameter for any order, Cheng et al. 2021 eq. (3): `beta = 0` is the Bezier curve, a larger
 /// `beta` pulls the curve towards the segment between its end points, `beta = infinity` is that
 /// segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,8 +31,8 @@ impl Beta {
             .at(Argument::Beta))
     }
 
-    /// From `lambda = 1 / beta` in [0, infinity), the parameter of Chu and Zeng (Cheng et al. eq.
-    /// (1)).
+    /// From `lambda = 1 / beta` in [0, infinity), the parameter of Chu and Zeng 2014 (Cheng et al.
+    /// 2021 eq. (1)).
     ///
     /// # Errors
     /// [`Fault::OutOfRange`] at `lambda`.
@@ -117,8 +117,8 @@ impl Family for Beta {
         self.beta == 0.0
     }
 
-    /// For cubics in closed form: the inverse of Cheng et al. eq. (8) and (9). None in the straight
-    /// limit.
+    /// For cubics in closed form: the inverse of Cheng et al. 2021 eq. (8) and (9). None in the
+    /// straight limit.
     fn inverse(&self, order: usize) -> Option<ShapeMatrix> {
         let b = self.beta;
         if b.is_infinite() {
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
     use crate::core::point::Point;
 
-    /// Cheng et al. eq. (8) as printed.
+    /// Cheng et al. 2021 eq. (8) as printed.
     fn equation_8(b: f64) -> [f64; 4] {
         let common = (1.0 + b) * (1.0 + 2.0 * b);
         [
@@ -188,7 +188,8 @@ mod tests {
         );
     }
 
-    /// The de Casteljau-like scheme of Cheng et al. Figure 7, which never forms a shape matrix.
+    /// The de Casteljau-like scheme of Cheng et al. 2021 Figure 7, which never forms a shape
+    /// matrix.
     fn figure_7(points: &[Point<2>], beta: f64, t: f64) -> Point<2> {
         let n = points.len() - 1;
         let mut p = points.to_vec();

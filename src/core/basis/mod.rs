@@ -65,7 +65,7 @@ trait Family {
 pub enum Basis {
     /// Bernstein polynomials.
     Bezier(Bezier),
-    /// Cheng, Kazadi and Lin.
+    /// Cheng et al. 2021.
     Beta(Beta),
     /// Li 2014.
     AlphaBeta(AlphaBeta),

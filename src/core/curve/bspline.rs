@@ -155,7 +155,7 @@ impl<const D: usize> BSpline<D> {
     }
 
     /// The derivative, one degree lower: differences of the control points, taken before anything
-    /// else (de Boor 1978, A Practical Guide to Splines, X (16)). Its inner knots may be one too
+    /// else (de Boor 1978, X (16)). Its inner knots may be one too
     /// many for a curve of its own. Of a curve of degree 1 and above.
     pub(super) fn derivative(&self) -> Self {
         let (degree, knots) = (self.degree(), self.knots.as_slice());

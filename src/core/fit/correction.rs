@@ -1,6 +1,6 @@
 //! Parameter correction: the curve and the parameters of the points sought together.
 //!
-//! Total least squares (Borges and Pastva 2002, CAGD 19), with [`descents`](super::descent) from
+//! Total least squares (Borges and Pastva 2002), with [`descents`](super::descent) from
 //! several starts, always the same, as there are many local minima.
 
 use super::data::Data;

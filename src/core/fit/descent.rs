@@ -225,8 +225,8 @@ impl<'a, const D: usize> Search<'a, D> {
         self.gradient(context, &self.place(state), state)
     }
 
-    /// The largest cosine between the offsets and what a parameter does to them (More, Garbow and
-    /// Hillstrom 1980, User Guide for MINPACK-1, `gtol`), and below what it is zero.
+    /// The largest cosine between the offsets and what a parameter does to them (More et al.
+    /// 1980, `gtol`), and below what it is zero.
     fn gradient(
         &self,
         context: &Context,

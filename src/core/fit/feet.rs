@@ -1,6 +1,4 @@
-//! Each point's parameter moves to the foot of the point on the curve.
-//!
-//! Hoschek 1988, "Intrinsic parametrization for approximation", CAGD 5.
+//! Each point's parameter moves to the foot of the point on the curve (Hoschek 1988).
 
 use super::Ends;
 use super::data::Data;

@@ -5,7 +5,7 @@
 //! are eliminated from Newton's equations one by one, and a system for `y` remains: `(F_yy - sum_i
 //! c_i c_i' / h_i) dy = sum_i c_i g_i / h_i - g_y` with `g_i = r_i . C'_i`, `h_i = |C'_i|^2 + r_i .
 //! C''_i` and `c_i = C'_i . V + r_i . V'`, `V = dC/dy`; then `du_i = -(g_i + c_i . dy) / h_i`
-//! (Golub and Pereyra 1973; Borges and Pastva 2002, CAGD 19). Without the terms in `r_i` this is
+//! (Golub and Pereyra 1973; Borges and Pastva 2002). Without the terms in `r_i` this is
 //! the step of Gauss and Newton, whose matrix is never indefinite.
 
 use nalgebra::{Cholesky, DMatrix, DVector};

@@ -32,7 +32,7 @@ impl Spacing {
     }
 
     /// By the fourth root of the fourth derivative, on which the error of the best cubics depends,
-    /// taken from the jumps of the third (de Boor, A Practical Guide to Splines, XII, `NEWNOT`).
+    /// taken from the jumps of the third (de Boor 1978, XII, `NEWNOT`).
     pub(super) fn by_jumps<const D: usize>(composite: &Composite<D>) -> Self {
         let breaks = composite.breaks().as_slice();
         let third = |k: usize| {

@@ -13,8 +13,8 @@ use crate::core::point::Point;
 
 const DEGREE: usize = 3;
 /// The least part of a column of the least-squares problem that must not be in the span of those
-/// before it: room in the conditions of Schoenberg and Whitney. A B-spline with a point near its
-/// middle has a tenth or more.
+/// before it: room in the conditions of Schoenberg and Whitney 1953. A B-spline with a point near
+/// its middle has a tenth or more.
 const ROOM: f64 = 1e-6;
 
 /// A spline and how far each point is from it.
@@ -31,8 +31,8 @@ impl<const D: usize> CubicSpline<D> {
     ///
     /// # Errors
     /// [`Unsolved::Deficient`] where the points do not determine it well: the conditions of
-    /// Schoenberg and Whitney do not hold, or only just, or the coefficients are too large for a
-    /// double.
+    /// Schoenberg and Whitney 1953 do not hold, or only just, or the coefficients are too large
+    /// for a double.
     pub(super) fn least_squares(
         context: &Context,
         ordered: &Ordered<D>,
@@ -138,7 +138,7 @@ pub(super) fn rows(parameters: &[f64], breaks: &[f64], knots: &[f64]) -> Vec<(us
 }
 
 /// The four cubic B-splines that do not vanish on `[knots[3], knots[4])`, by the recurrence of Cox
-/// and de Boor (The NURBS Book, algorithm A2.2); sums of non-negative numbers only.
+/// and de Boor (Piegl and Tiller 1997, algorithm A2.2); sums of non-negative numbers only.
 pub(super) fn basis_values(knots: &[f64], t: f64) -> [f64; 4] {
     let mut values = [1.0, 0.0, 0.0, 0.0];
     for degree in 1..=DEGREE {

@@ -59,7 +59,7 @@ impl<const D: usize> Block<D> {
 
 /// Reflects the equations into those of a triangle, `columns` entries for each of its rows from the
 /// diagonal on, so that nothing of them is left: the same sums of squares in as many equations as
-/// unknowns (Householder 1958; Golub and Van Loan, Matrix Computations, 5.1 and 5.2.2; rows a block
+/// unknowns (Householder 1958; Golub and Van Loan 2013, 5.1 and 5.2.2; rows a block
 /// at a time after Lawson and Hanson 1974, chapter 27).
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 pub(crate) fn absorb<const D: usize>(

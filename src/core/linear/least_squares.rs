@@ -3,7 +3,7 @@
 //! Rows are reflected into an upper triangle `R` a block at a time: dense ones as they come, rows
 //! within a band as long as they begin in the same column (Lawson and Hanson 1974, chapter 27). A
 //! few rows, or rows that come out of order, are rotated in one by one (Givens 1958; Golub and Van
-//! Loan, Matrix Computations, 5.2.5). The normal equations, which would square the condition
+//! Loan 2013, 5.2.5). The normal equations, which would square the condition
 //! number, are never formed.
 
 use nalgebra::DMatrix;

@@ -45,7 +45,7 @@ impl Bends {
         }
     }
 
-    /// How far triangles over `m x n` cells are from the surface: Filip, Magedson and Markot 1986.
+    /// How far triangles over `m x n` cells are from the surface: Filip et al. 1986.
     fn bound(&self, m: usize, n: usize) -> f64 {
         let (h, k) = (1.0 / m as f64, 1.0 / n as f64);
         (h * h * self.uu + 2.0 * h * k * self.uv + k * k * self.vv) / 8.0

@@ -26,8 +26,8 @@ pub enum KnotStyle {
     /// End knots of multiplicity degree + 1: the curve starts and ends at control points.
     #[default]
     Clamped,
-    /// Equally spaced simple knots, also beyond the ends (Cheng et al. eq. (26) for one cubic). A
-    /// closed curve becomes periodic.
+    /// Equally spaced simple knots, also beyond the ends (Cheng et al. 2021 eq. (26) for one
+    /// cubic). A closed curve becomes periodic.
     Uniform,
     /// For closed curves: the knots of one period repeat, and so do the first `degree` control
     /// points.

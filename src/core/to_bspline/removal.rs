@@ -94,8 +94,8 @@ impl<const D: usize> Removal<D> {
     /// The points of which insertion of the last knot makes these: one less, and how far that is
     /// from true.
     ///
-    /// Boehm 1980: `old[j] = a[j] new[j] + (1 - a[j]) new[j - 1]` (Tiller 1992, Knot-removal
-    /// algorithms for NURBS curves and surfaces). Solved from both ends, from each as long as its
+    /// Boehm 1980: `old[j] = a[j] new[j] + (1 - a[j]) new[j - 1]` (Tiller
+    /// 1992). Solved from both ends, from each as long as its
     /// factor is the larger: then no step amplifies the error of the one before. The two solutions
     /// meet in one point, where they differ as far as the knot is needed.
     fn without(&self, start: usize, old: &[Point<D>]) -> (Vec<Point<D>>, f64) {
