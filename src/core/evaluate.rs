@@ -399,3 +399,6 @@ impl<const D: usize> Frames<D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -294,3 +294,63 @@ fn closed_derivatives<const D: usize>(points: &[Point<D>], breaks: &Breaks) -> V
     let m = right.map(|x| x / pivot);
     x.iter().zip(&y).map(|(&x, y)| x - m * y[0]).chain(std::iter::once(m)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn through(
+        points: &[[f64; 2]],
+        shape: EndConditions<2>,
+        rule: &Parameterization,
+    ) -> Result<Interpolant<2>, Error> {
+        let points: Vec<_> = points.iter().map(|&p| Point(p)).collect();
+        let bases = Bases::Common(Basis::Bezier(Bezier));
+        interpolate(&Context::default(), &points, shape, bases, rule)
+    }
+
+    /// `y = (3 t - t^3) / 2` and its mirror image.
+    #[test]
+    fn the_natural_spline_through_three_points_is_known() {
+        let natural = EndConditions::Open(End::Natural, End::Natural);
+        let points = [[0.0, 0.0], [3.0, 1.0], [6.0, 0.0]];
+        let found = through(&points, natural, &Parameterization::Uniform).unwrap();
+        let heights = [0.0, 0.5, 1.0, 1.0, 1.0, 0.5, 0.0];
+        let points = heights.iter().enumerate().map(|(i, &y)| Point([i as f64, y]));
+        assert_eq!(found.curve.control_points(), points.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn two_points_with_derivatives_are_the_cubic_of_hermite() {
+        let ends = [Point([3.0, 6.0]), Point([6.0, -3.0])];
+        let shape = EndConditions::Open(End::Derivative(ends[0]), End::Derivative(ends[1]));
+        let found = through(&[[0.0, 0.0], [4.0, 1.0]], shape, &Parameterization::Uniform).unwrap();
+        let expected = [[0.0, 0.0], [1.0, 2.0], [2.0, 2.0], [4.0, 1.0]].map(Point);
+        assert_eq!(found.curve.control_points(), expected);
+    }
+
+    /// The corners of a square: the derivative at each is three quarters of the chord between its
+    /// neighbours, as the cyclic system `d1 + 4 d2 + d3 = 3 (p3 - p1)` says with `d3 = -d1`.
+    #[test]
+    fn the_closed_spline_through_a_square_is_known() {
+        let square = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]].map(Point);
+        let breaks = Breaks::new(&Context::default(), vec![0.0, 1.0, 2.0, 3.0, 4.0]).unwrap();
+        let found = closed_derivatives(&square, &breaks);
+        for (i, derivative) in found.into_iter().enumerate() {
+            let expected = (square[(i + 1) % 4] - square[(i + 3) % 4]) * 0.75;
+            assert!(derivative.distance(expected) <= 2.0 * f64::EPSILON, "{i}: {derivative:?}");
+        }
+    }
+
+    #[test]
+    fn refused_points_and_ends_are_placed() {
+        let place = |points: &[[f64; 2]], shape| {
+            through(points, shape, &Parameterization::ChordLength).unwrap_err().place.to_string()
+        };
+        let natural = EndConditions::Open(End::Natural, End::Natural);
+        assert_eq!(place(&[[0.0, 0.0]], natural), "/points");
+        assert_eq!(place(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]], natural), "/points/2");
+        let ends = EndConditions::Open(End::Natural, End::NotAKnot);
+        assert_eq!(place(&[[0.0, 0.0], [1.0, 0.0]], ends), "/end");
+    }
+}

@@ -434,3 +434,6 @@ fn normals<const D: usize>(tangent: Point<D>) -> Vec<Point<D>> {
     }
     found.split_off(1)
 }
+
+#[cfg(test)]
+mod tests;

@@ -218,3 +218,61 @@ fn points_moved<const D: usize>(old: &Curve<D>, new: &Curve<D>) -> f64 {
         .map(|(p, q)| p.distance(*q))
         .fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::basis::{AlphaBeta, Basis, Beta, Bezier};
+    use crate::core::curve::BSpline;
+    use crate::core::knots::Breaks;
+
+    fn single(points: &[[f64; 2]]) -> Curve<2> {
+        let points = points.iter().map(|&p| Point(p)).collect();
+        Curve::Single(Single::new(&Context::default(), Basis::Bezier(Bezier), points).unwrap())
+    }
+
+    /// Half of both end edges is left: the curve moves by `3 / 2 u (1 - u)`.
+    #[test]
+    fn a_cubic_with_half_its_end_edges_moves_by_three_eighths() {
+        let curve = single(&[[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]);
+        let half = Bases::Common(Basis::AlphaBeta(AlphaBeta::new(1.0, 1.5).unwrap()));
+        let found = reshape(&Context::default(), &curve, half, Keep::Nothing).unwrap();
+        assert_eq!((found.curve_moved, found.points_moved), (0.375, 0.0));
+    }
+
+    /// Two cubics, mirror images of each other. With beta = 1 the derivative after the joint is
+    /// `(P1 - P0) + (P2 - P0) / 2 + (P3 - P0) / 3`, whose height must be 0 again: 1/6 too much,
+    /// taken from `P1` and `P2` in the ratio of their factors 1 and 1/2.
+    #[test]
+    fn the_least_change_that_keeps_a_mirrored_joint_is_known() {
+        let heights = [0.0, 2.0, 1.0, 1.0, 1.0, 2.0, 0.0];
+        let points = heights.iter().enumerate().map(|(i, &y)| Point([i as f64, y])).collect();
+        let context = Context::default();
+        let breaks = Breaks::new(&context, vec![0.0, 1.0, 2.0]).unwrap();
+        let bases = Bases::Common(Basis::Bezier(Bezier));
+        let curve = Piecewise::new(&context, bases, 3, breaks, false, points).unwrap();
+        let beta = Bases::Common(Basis::Beta(Beta::from_beta(1.0).unwrap()));
+        let found = reshape(&context, &Curve::Piecewise(curve), beta, Keep::C1).unwrap();
+        let (near, far) = (1.0 - 2.0 / 15.0, 2.0 - 1.0 / 15.0);
+        let expected = [0.0, far, near, 1.0, near, far, 0.0];
+        for (i, (p, y)) in found.curve.control_points().iter().zip(expected).enumerate() {
+            assert!(p.distance(Point([i as f64, y])) <= f64::EPSILON, "{i}: {p:?}");
+        }
+        assert!((found.points_moved - 2.0 / 15.0).abs() <= f64::EPSILON);
+    }
+
+    #[test]
+    fn a_refused_reshape_is_placed() {
+        let place = |curve: &Curve<2>, bases| {
+            let found = reshape(&Context::default(), curve, bases, Keep::Nothing);
+            found.unwrap_err().place.to_string()
+        };
+        let curve = single(&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]]);
+        let cubic = Basis::AlphaBeta(AlphaBeta::new(1.0, 3.0).unwrap());
+        assert_eq!(place(&curve, Bases::Common(cubic)), "/basis");
+        assert_eq!(place(&curve, Bases::PerSegment(vec![Basis::Bezier(Bezier); 2])), "/bases");
+        let (knots, points) = (vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], curve.control_points().to_vec());
+        let spline = BSpline::new(&Context::default(), 2, knots, points, false).unwrap();
+        assert_eq!(place(&Curve::BSpline(spline), Bases::Common(Basis::Bezier(Bezier))), "/curve");
+    }
+}

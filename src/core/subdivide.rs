@@ -268,3 +268,66 @@ fn inherited<const D: usize>(bases: &Bases, pieces: &[Piece<D>]) -> Bases {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::curve::{BSpline, Single};
+
+    fn bezier(points: &[[f64; 2]]) -> Curve<2> {
+        let points = points.iter().map(|&p| Point(p)).collect();
+        Curve::Single(Single::new(&Context::default(), Basis::Bezier(Bezier), points).unwrap())
+    }
+
+    fn cut(curve: &Curve<2>, cuts: &Cuts) -> Subdivision<2> {
+        subdivide(&Context::default(), curve, cuts, Form::Auto).unwrap()
+    }
+
+    #[test]
+    fn a_cubic_is_cut_as_by_hand() {
+        let curve = bezier(&[[0.0, 0.0], [8.0, 16.0], [16.0, -8.0], [24.0, 8.0]]);
+        let halves = cut(&curve, &Cuts::Parameters(vec![0.5]));
+        let (left, right) = ([[0.0, 0.0], [4.0, 8.0], [8.0, 6.0]], [[16.0, 2.0], [20.0, 0.0]]);
+        let expected = [&left[..], &[[12.0, 4.0]], &right[..], &[[24.0, 8.0]]].concat();
+        assert_eq!(
+            halves.curve.control_points(),
+            expected.into_iter().map(Point).collect::<Vec<_>>()
+        );
+        assert_eq!(halves.split_points, [Point([12.0, 4.0])]);
+    }
+
+    #[test]
+    fn halving_twice_is_cutting_in_quarters() {
+        let curve = bezier(&[[0.0, 0.0], [1.0, 7.0], [5.0, -3.0], [2.0, 2.0], [6.0, 4.0]]);
+        let quarters = cut(&curve, &Cuts::Parameters(vec![0.25, 0.5, 0.75]));
+        let halved = cut(&curve, &Cuts::Depth(2));
+        assert_eq!(halved.split_parameters, quarters.split_parameters);
+        let pairs = halved.curve.control_points().iter().zip(quarters.curve.control_points());
+        let apart = pairs.map(|(p, q)| p.distance(*q)).fold(0.0, f64::max);
+        assert!(apart <= 1e-15, "{apart:e}");
+    }
+
+    /// Over an interval `h`, the parabola `y = t^2` is `h^2 / 4` from its chord.
+    #[test]
+    fn a_parabola_has_as_many_flat_pieces_as_its_formula_says() {
+        let parabola = bezier(&[[0.0, 0.0], [0.5, 0.0], [1.0, 1.0]]);
+        let pieces =
+            |tolerance| cut(&parabola, &Cuts::Flatness(tolerance)).curve.breaks().segments();
+        assert_eq!((pieces(0.25), pieces(0.0625)), (1, 2));
+        assert_eq!((pieces(0.25 - 1e-15), pieces(0.0625 - 1e-15)), (2, 4));
+    }
+
+    #[test]
+    fn a_refused_cut_is_placed() {
+        let place = |curve: &Curve<2>, cuts, form| {
+            subdivide(&Context::default(), curve, &cuts, form).unwrap_err().place.to_string()
+        };
+        let curve = bezier(&[[0.0, 0.0], [1.0, 1.0]]);
+        let backwards = Cuts::Parameters(vec![0.5, 0.25]);
+        assert_eq!(place(&curve, backwards, Form::Auto), "/cuts/parameters/1");
+        assert_eq!(place(&curve, Cuts::Depth(60), Form::Auto), "/cuts/depth");
+        let (knots, points) = (vec![0.0, 0.0, 1.0, 1.0], curve.control_points().to_vec());
+        let spline = BSpline::new(&Context::default(), 1, knots, points, false).unwrap();
+        assert_eq!(place(&Curve::BSpline(spline), Cuts::Depth(1), Form::Family), "/form");
+    }
+}

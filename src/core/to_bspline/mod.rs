@@ -311,3 +311,6 @@ fn check_deviation<const D: usize>(
     );
     Err(Fault::UnsuitableCurve(why))
 }
+
+#[cfg(test)]
+mod tests;
