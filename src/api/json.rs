@@ -11,6 +11,7 @@ use crate::api::memory;
 use crate::api::output::Format;
 use crate::api::problem::{FoundFault, Problem};
 use crate::api::reader;
+use crate::api::wire::rank::ranks;
 use crate::api::wire::tolerant::{self as tolerant, Misfit};
 use crate::api::wire::{Read, Reading};
 use crate::api::writer::{self, Written};
@@ -120,7 +121,7 @@ fn depends_on(error: &Error, misfits: &[Misfit]) -> bool {
 /// object that lacks it ends.
 fn in_order(faults: Vec<FoundFault>, text: &RawValue) -> Vec<FoundFault> {
     let pointers: Vec<String> = faults.iter().map(|fault| fault.pointer().to_owned()).collect();
-    let ranks = tolerant::ranks(text, &pointers);
+    let ranks = ranks(text, &pointers);
     let mut order: Vec<usize> = (0..faults.len()).collect();
     order.sort_by_key(|&i| if faults[i].is_absence() { ranks[i].end } else { ranks[i].start });
     let mut taken: Vec<Option<FoundFault>> = faults.into_iter().map(Some).collect();

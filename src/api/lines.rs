@@ -14,7 +14,7 @@ use crate::api::memory::Memory;
 use crate::api::operations::{self, Entry, TABLE};
 use crate::api::output::Format;
 use crate::api::problem::Problem;
-use crate::api::wire::tolerant::meant;
+use crate::api::wire::meant;
 
 /// The media type of lines of JSON.
 pub const NDJSON: &str = "application/x-ndjson";

@@ -198,65 +198,57 @@ impl OfRoute {
 
 impl Metrics {
     fn register(&mut self) {
-        let registry = &mut self.registry;
-        registry.register("requests", "Answers by route, method and status", self.requests.clone());
-        let help = "From the head of the request to the head of the answer";
-        registry.register_with_unit("request_duration", help, Unit::Seconds, self.duration.clone());
-        registry.register("requests_in_flight", "Requests being answered", self.in_flight.clone());
-        registry.register_with_unit(
-            "request_size",
-            "Bodies received",
-            Unit::Bytes,
-            self.request_bytes.clone(),
-        );
-        registry.register_with_unit(
-            "answer_size",
-            "Answers",
-            Unit::Bytes,
-            self.answer_bytes.clone(),
-        );
-        registry.register("queue_depth", "Computations waiting for a worker", self.queued.clone());
-        let help = "Until what waits and runs is expected to be computed";
-        registry.register_with_unit(
-            "expected_wait",
-            help,
-            Unit::Seconds,
-            self.expected_wait.clone(),
-        );
-        registry.register("computations_running", "Computations running", self.running.clone());
-        registry.register(
-            "shed",
-            "Requests and connections refused because the service is full",
-            self.shed.clone(),
-        );
-        registry.register(
-            "computations_cancelled",
-            "Computations stopped before their end",
-            self.cancelled.clone(),
-        );
-        registry.register(
-            "panics",
-            "Panics; each costs its own request or line",
-            self.panics.clone(),
-        );
-        registry.register("connections", "Open connections", self.connections.clone());
-        registry.register(
-            "connections_closed",
-            "Connections closed by the service",
-            self.closed.clone(),
-        );
-        registry.register_with_unit(
-            "held",
-            "Memory of bodies and answers on their way",
-            Unit::Bytes,
-            self.held_bytes.clone(),
-        );
+        self.register_requests();
+        self.register_computations();
+        self.register_connections();
         let build = Info::new([
             ("version", env!("CARGO_PKG_VERSION")),
             ("target_arch", std::env::consts::ARCH),
             ("target_os", std::env::consts::OS),
         ]);
-        registry.register("build", "What is running", build);
+        self.registry.register("build", "What is running", build);
+    }
+
+    /// What is counted of requests and answers.
+    fn register_requests(&mut self) {
+        let registry = &mut self.registry;
+        registry.register("requests", "Answers by route, method and status", self.requests.clone());
+        let help = "From the head of the request to the head of the answer";
+        registry.register_with_unit("request_duration", help, Unit::Seconds, self.duration.clone());
+        registry.register("requests_in_flight", "Requests being answered", self.in_flight.clone());
+        let sizes = [
+            ("request_size", "Bodies received", &self.request_bytes),
+            ("answer_size", "Answers", &self.answer_bytes),
+        ];
+        for (name, help, sizes) in sizes {
+            registry.register_with_unit(name, help, Unit::Bytes, sizes.clone());
+        }
+    }
+
+    /// What is counted of computations: those that wait, run and end early.
+    fn register_computations(&mut self) {
+        let registry = &mut self.registry;
+        registry.register("queue_depth", "Computations waiting for a worker", self.queued.clone());
+        let help = "Until what waits and runs is expected to be computed";
+        let wait = self.expected_wait.clone();
+        registry.register_with_unit("expected_wait", help, Unit::Seconds, wait);
+        registry.register("computations_running", "Computations running", self.running.clone());
+        let help = "Requests and connections refused because the service is full";
+        registry.register("shed", help, self.shed.clone());
+        let help = "Computations stopped before their end";
+        registry.register("computations_cancelled", help, self.cancelled.clone());
+        let help = "Panics; each costs its own request or line";
+        registry.register("panics", help, self.panics.clone());
+    }
+
+    /// What is counted of connections, and the memory they hold.
+    fn register_connections(&mut self) {
+        let registry = &mut self.registry;
+        registry.register("connections", "Open connections", self.connections.clone());
+        let help = "Connections closed by the service";
+        registry.register("connections_closed", help, self.closed.clone());
+        let help = "Memory of bodies and answers on their way";
+        registry.register_with_unit("held", help, Unit::Bytes, self.held_bytes.clone());
     }
 
     /// The metrics of a route.

@@ -5,7 +5,7 @@ use axum::http::{HeaderMap, header};
 use crate::api::json::shortened;
 use crate::api::output::{Format, Layout, Precision, RAW};
 use crate::api::problem::{Problem, Status};
-use crate::api::wire::tolerant::meant;
+use crate::api::wire::meant;
 
 /// How a body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

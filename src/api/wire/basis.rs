@@ -262,7 +262,7 @@ impl crate::api::wire::Described for Target {
     fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
         use utoipa::openapi::schema::OneOfBuilder;
         OneOfBuilder::new()
-            .item(crate::api::wire::object::constant("bezier"))
+            .item(crate::api::wire::constant("bezier"))
             .item(<Basis as crate::api::wire::Described>::schema())
             .into()
     }

@@ -6,24 +6,29 @@
 
 mod basis;
 mod curve;
+mod entry;
+mod failure;
 mod field;
 mod object;
 mod points;
+pub mod rank;
 pub mod raw;
 mod reading;
 mod report;
 mod rules;
+mod schema;
 mod surface;
 pub mod tolerant;
 
 pub use basis::{Basis, Shape, Target, bases};
 pub use curve::{Curve, Dimensioned};
+pub use entry::{refuse, set, set_by};
+pub use failure::meant;
 pub use field::{Described, Field, TOO_LONG, Tuple, Whole, list, need, number, part, whole};
-pub use object::{
-    Part, Variant, constant, missing, one_of, refuse, schema_of, set, set_by, union_schema,
-};
+pub use object::{Variant, missing};
 pub use points::{Points, Vector, space_list};
 pub use reading::{Read, Reading};
 pub use report::{Continuity, ReportStyle};
 pub use rules::{EndCondition, Parameterization};
+pub use schema::{Part, constant, one_of, schema_of, union_schema};
 pub use surface::{Surface, SurfaceDomain};

@@ -1,15 +1,7 @@
-//! JSON objects, declared once: the macros, and the functions that do their work.
-
-use std::fmt;
-
-use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess};
-use utoipa::openapi::RefOr;
-use utoipa::openapi::schema::{
-    AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type,
-};
+//! JSON objects, declared once: the macros, and the variants of a union.
 
 use crate::api::error::{Error, Fault, every};
-use crate::api::wire::reading::{Read, Reading};
+use crate::api::wire::schema::Part;
 
 /// Declares a JSON object: `required` or `optional` fields, each with its documentation, its type
 /// and, where the type alone does not say enough, its schema.
@@ -302,77 +294,9 @@ macro_rules! described {
     };
 }
 
-/// Reads the value of a field into its place, once. Where the reader goes on after a fault, the
-/// place stays empty.
-pub fn set<'de, T: Read<'de>, A: MapAccess<'de>>(
-    reading: &Reading,
-    place: &mut Option<T>,
-    name: &'static str,
-    map: &mut A,
-) -> Result<(), A::Error> {
-    set_by(reading, place, name, map, |map| map.next_value_seed(reading.seed()))
-}
-
-/// The same for a value that is read in its own way.
-pub fn set_by<'de, T, A: MapAccess<'de>>(
-    reading: &Reading,
-    place: &mut Option<T>,
-    name: &'static str,
-    map: &mut A,
-    read: impl FnOnce(&mut A) -> Result<T, A::Error>,
-) -> Result<(), A::Error> {
-    let read = match place {
-        Some(_) => map.next_value_seed(Refusal::Repeated(name)),
-        None => read(map).map(|value| *place = Some(value)),
-    };
-    go_on(reading, read)
-}
-
-/// Refuses a field that the object does not have.
-pub fn refuse<'de, A: MapAccess<'de>>(
-    reading: &Reading,
-    map: &mut A,
-    name: &str,
-    known: &'static [&'static str],
-) -> Result<(), A::Error> {
-    go_on(reading, map.next_value_seed(Refusal::Unknown(name, known)))
-}
-
-/// A fault that the reader has noted does not end the object.
-fn go_on<E>(reading: &Reading, read: Result<(), E>) -> Result<(), E> {
-    if reading.goes_on() { Ok(()) } else { read }
-}
-
-/// Fails while the value is read, and not before, so that the place of the fault is this field.
-enum Refusal<'a> {
-    Repeated(&'static str),
-    Unknown(&'a str, &'static [&'static str]),
-}
-
-impl<'de> DeserializeSeed<'de> for Refusal<'_> {
-    type Value = ();
-
-    fn deserialize<D: Deserializer<'de>>(self, _: D) -> Result<(), D::Error> {
-        Err(match self {
-            Refusal::Repeated(name) => D::Error::duplicate_field(name),
-            Refusal::Unknown(name, known) => D::Error::unknown_field(name, known),
-        })
-    }
-}
-
 /// The fault of an object without a field it needs.
 pub fn missing(field: &'static str) -> Error {
     Fault::Missing { field }.into()
-}
-
-/// A field as the specification describes it.
-pub struct Part {
-    /// Its name.
-    pub name: &'static str,
-    /// Its documentation.
-    pub doc: &'static str,
-    /// Its schema.
-    pub schema: RefOr<Schema>,
 }
 
 /// A variant of a union.
@@ -396,7 +320,7 @@ pub struct Variant {
 
 impl Variant {
     /// The names of its schemas, each with the field chosen, where there is a choice.
-    fn forms(&self) -> Vec<(&'static str, Option<&'static str>)> {
+    pub(super) fn forms(&self) -> Vec<(&'static str, Option<&'static str>)> {
         match self.either {
             [] => vec![(self.schema_name, None)],
             choices => {
@@ -405,7 +329,7 @@ impl Variant {
         }
     }
 
-    fn has(&self, field: &str) -> bool {
+    pub(super) fn has(&self, field: &str) -> bool {
         self.required.contains(&field) || self.optional.contains(&field)
     }
 
@@ -440,122 +364,5 @@ impl Variant {
             .map(|&field| Err::<(), _>(foreign(field)));
         let absent = variant.required.iter().filter(|field| !present.contains(field));
         every(absent.map(|field| Err(missing(field))).chain(foreign)).map(drop)
-    }
-}
-
-/// The schema of text that is always the same.
-pub fn constant(value: &str) -> ObjectBuilder {
-    // OpenAPI 3.1 has the keyword from JSON Schema; the builder has not.
-    let keyword = [("const", value)].into_iter().collect();
-    ObjectBuilder::new().schema_type(Type::String).extensions(Some(keyword))
-}
-
-/// The schema of text that is one of these.
-pub fn one_of(names: &[&str]) -> RefOr<Schema> {
-    match names {
-        [only] => constant(only).into(),
-        several => ObjectBuilder::new()
-            .schema_type(Type::String)
-            .enum_values(Some(several.iter().copied()))
-            .into(),
-    }
-}
-
-/// The closed schema of an object; `tag` adds a property with one allowed value; `own` replaces
-/// parts of the same name. `required` answers `None` for fields that the object does not have.
-pub fn schema_of(
-    doc: &str,
-    tag: Option<(&str, &str)>,
-    parts: &[Part],
-    own: &[Part],
-    required: impl Fn(&str) -> Option<bool>,
-) -> RefOr<Schema> {
-    let mut object = ObjectBuilder::new().schema_type(Type::Object).description(Some(tidy(doc)));
-    if let Some((name, value)) = tag {
-        object = object
-            .property(name, constant(value).description(Some(format!("Always `{value}`."))))
-            .required(name);
-    }
-    for part in parts {
-        let Some(required) = required(part.name) else { continue };
-        let part = own.iter().find(|own| own.name == part.name).unwrap_or(part);
-        object = object.property(part.name, described(part.schema.clone(), part.doc));
-        if required {
-            object = object.required(part.name);
-        }
-    }
-    object.additional_properties(Some(AdditionalProperties::FreeForm(false))).into()
-}
-
-/// Adds the schema of each variant, and of their union under its own name.
-pub fn union_schema(
-    name: &str,
-    doc: &str,
-    tag: &str,
-    variants: &[Variant],
-    parts: &[Part],
-    components: &mut Vec<(String, RefOr<Schema>)>,
-) {
-    let reference = |variant: &Variant| format!("#/components/schemas/{}", variant.schema_name);
-    let mapping = variants.iter().map(|variant| (variant.text, reference(variant)));
-    // A value that several schemas share maps to none; the constants in the schemas tell the
-    // variants apart all the same.
-    let is_told = variants.iter().all(|variant| variant.either.is_empty());
-    let discriminator = is_told.then(|| Discriminator::with_mapping(tag, mapping));
-    let mut union = OneOfBuilder::new().description(Some(tidy(doc))).discriminator(discriminator);
-    for variant in variants {
-        for (schema_name, chosen) in variant.forms() {
-            let required = |field: &str| match chosen {
-                Some(chosen) if variant.either.iter().any(|(other, _)| *other == field) => {
-                    (field == chosen).then_some(true)
-                }
-                _ => variant.has(field).then(|| variant.required.contains(&field)),
-            };
-            let schema = schema_of(
-                variant.doc,
-                Some((tag, variant.text)),
-                parts,
-                &(variant.own)(),
-                required,
-            );
-            components.push((schema_name.into(), schema));
-            union = union.item(Ref::from_schema_name(schema_name));
-        }
-    }
-    components.push((name.into(), union.into()));
-}
-
-/// A schema with the documentation of the field that has it.
-fn described(schema: RefOr<Schema>, doc: &str) -> RefOr<Schema> {
-    let text = tidy(doc);
-    match schema {
-        RefOr::Ref(mut reference) => {
-            reference.description = text;
-            RefOr::Ref(reference)
-        }
-        RefOr::T(Schema::Object(mut object)) => {
-            object.description = Some(text);
-            RefOr::T(Schema::Object(object))
-        }
-        RefOr::T(Schema::Array(mut array)) => {
-            array.description = Some(text);
-            RefOr::T(Schema::Array(array))
-        }
-        RefOr::T(Schema::OneOf(mut union)) => {
-            union.description = Some(text);
-            RefOr::T(Schema::OneOf(union))
-        }
-        other => other,
-    }
-}
-
-/// Documentation lines as one paragraph.
-fn tidy(doc: &str) -> String {
-    doc.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-impl fmt::Debug for Part {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(self.name)
     }
 }

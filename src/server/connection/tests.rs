@@ -1,5 +1,7 @@
 //! The limits of a connection, in a time that stands still until nothing but time can go on.
 
+use std::sync::{Arc, Mutex};
+
 use axum::Router;
 use axum::routing::{get, post};
 use futures_util::{StreamExt, stream};
@@ -8,6 +10,7 @@ use tokio::sync::mpsc;
 use tokio::time::advance;
 
 use super::*;
+use crate::http::observe::REQUEST_ID;
 
 const LONG: usize = 100_000;
 const REQUEST: &[u8] = b"GET / HTTP/1.1\r\nHost: a\r\n\r\n";
