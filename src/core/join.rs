@@ -1,18 +1,23 @@
 //! Moving control points so that curves join smoothly.
 
+mod conditions;
+mod directions;
+
 use super::argument::Argument;
 use super::basis::Basis;
 use super::continuity::{Joint, Report, Tolerance, continuity};
 use super::curve::{Bases, Piecewise, Single};
 use super::error::{Error, Locate};
 use super::fault::{Fault, at_least, at_most};
-use super::joint_rows::{Side, derivative_row};
+use super::joint_rows::Side;
 use super::knots::Breaks;
 use super::limits;
 use super::point::{Point, magnitude};
 use super::smoothness::Smoothness;
 use crate::core::context::Context;
 use crate::core::linear::least_change::{Condition, least_change};
+use conditions::Link;
+use directions::normals;
 
 /// Curves in one join.
 pub const CURVES: usize = 1000;
@@ -41,23 +46,9 @@ pub struct Joined<const D: usize> {
     pub continuity: Report,
 }
 
-/// How many derivatives are compared.
-fn derivatives_compared(smoothness: Smoothness) -> usize {
-    match smoothness {
-        Smoothness::Discontinuous | Smoothness::C0 => 0,
-        Smoothness::G1 | Smoothness::C1 => 1,
-        Smoothness::G2 | Smoothness::C2 => 2,
-    }
-}
-
-fn is_geometric(smoothness: Smoothness) -> bool {
-    matches!(smoothness, Smoothness::G1 | Smoothness::G2)
-}
-
 fn is_met(smoothness: Smoothness, report: &Report) -> bool {
-    let reached = |joint: &Joint| {
-        if is_geometric(smoothness) { joint.geometric } else { joint.parametric }
-    };
+    let geometric = smoothness.is_geometric();
+    let reached = |joint: &Joint| if geometric { joint.geometric } else { joint.parametric };
     report.joints.iter().all(|joint| reached(joint) >= smoothness)
 }
 
@@ -76,14 +67,6 @@ struct Chain<const D: usize> {
 /// oppose each other the least change would be to stop at the joint, which has no tangent at all:
 /// this bound keeps the curve going.
 const SPEED_RATIO: f64 = 8.0;
-
-/// How derivatives after a joint follow from those before it: `C' = r c'` and `C'' = r^2 c'' + s
-/// c'`.
-#[derive(Debug, Clone, Copy)]
-struct Link {
-    r: f64,
-    s: f64,
-}
 
 /// Joins curves of one order, laid end to end over their own domains, by the least sum of squared
 /// moves. O(curves) a step.
@@ -107,7 +90,7 @@ pub fn join<const D: usize>(
 ) -> Result<Joined<D>, Error> {
     check(context, &curves).at(Argument::Curves)?;
     let mut chain = Chain::new(curves, smoothness, movable);
-    if is_geometric(smoothness) {
+    if smoothness.is_geometric() {
         chain.descend(context)?;
     } else {
         chain.points = chain.solve(context, |left| chain.linked(left, Link { r: 1.0, s: 0.0 }))?;
@@ -137,7 +120,7 @@ impl<const D: usize> Chain<D> {
     fn new(curves: Vec<Single<D>>, smoothness: Smoothness, movable: Movable) -> Self {
         let order = curves[0].order();
         let count = curves.len();
-        let reach = derivatives_compared(smoothness);
+        let reach = smoothness.order();
         let may_move = |curve: usize, point: usize| {
             let follows = curve > 0 && point <= reach && movable != Movable::Leading;
             let leads =
@@ -150,54 +133,6 @@ impl<const D: usize> Chain<D> {
         let (bases, points): (Vec<_>, Vec<_>) = curves.into_iter().map(Single::into_parts).unzip();
         let points = points.concat();
         Chain { order, lengths, bases, original: points.clone(), points, movable, smoothness }
-    }
-
-    /// The `k`-th derivative at an end, as factors of the curve's control points.
-    fn row(&self, curve: usize, k: usize, side: Side) -> Vec<f64> {
-        derivative_row(&self.bases[curve], self.order, self.lengths[curve], k, side)
-    }
-
-    /// Its value now.
-    fn value(&self, curve: usize, row: &[f64]) -> Point<D> {
-        let first = curve * (self.order + 1);
-        row.iter()
-            .zip(&self.points[first..])
-            .fold(Point::ZERO, |sum, (&factor, &p)| sum + p * factor)
-    }
-
-    /// Adds `weight` times a component of an end derivative to a condition: to its terms where
-    /// points may move. The value it has for the original points goes to the other side.
-    fn add(&self, condition: &mut Condition, curve: usize, row: &[f64], weight: Point<D>) {
-        for (j, &factor) in row.iter().enumerate() {
-            let point = curve * (self.order + 1) + j;
-            for axis in 0..D {
-                let c = factor * weight[axis];
-                condition.right -= c * self.original[point][axis];
-                if self.movable[point] && c != 0.0 {
-                    condition.terms.push((point * D + axis, c));
-                }
-            }
-        }
-    }
-
-    /// The conditions of one joint for a given link, linear in the moves from the original points.
-    fn linked(&self, left: usize, link: Link) -> Vec<Condition> {
-        let right = left + 1;
-        let mut conditions = Vec::new();
-        for k in 0..=derivatives_compared(self.smoothness) {
-            let (before, after) = (self.row(left, k, Side::End), self.row(right, k, Side::Start));
-            let slower = self.row(left, 1, Side::End);
-            for axis in (0..D).map(unit_vector::<D>) {
-                let mut condition = Condition::default();
-                self.add(&mut condition, right, &after, axis);
-                self.add(&mut condition, left, &before, axis * -link.r.powi(k as i32));
-                if k == 2 && link.s != 0.0 {
-                    self.add(&mut condition, left, &slower, axis * -link.s);
-                }
-                conditions.push(condition);
-            }
-        }
-        conditions
     }
 
     /// The link that a joint has, as far as it has one; `None` where the speed before it vanishes.
@@ -332,38 +267,6 @@ impl<const D: usize> Chain<D> {
         Ok(conditions)
     }
 
-    /// The conditions that the curves meet.
-    fn meeting(&self, left: usize) -> Vec<Condition> {
-        let (before, after) = (self.row(left, 0, Side::End), self.row(left + 1, 0, Side::Start));
-        let along = |axis| {
-            let mut condition = Condition::default();
-            self.add(&mut condition, left + 1, &after, axis);
-            self.add(&mut condition, left, &before, axis * -1.0);
-            condition
-        };
-        (0..D).map(unit_vector::<D>).map(along).collect()
-    }
-
-    /// The second of them, for one normal, linearised: r and s move with C'(right) and C'(left).
-    fn bend(&self, left: usize, normal: Point<D>, tangent: Point<D>, ratio: f64) -> Condition {
-        let right = left + 1;
-        let [before1, before2] = [1, 2].map(|k| self.row(left, k, Side::End));
-        let [after1, after2] = [1, 2].map(|k| self.row(right, k, Side::Start));
-        let speed = self.value(left, &before1).norm();
-        let (a, b) = (self.value(left, &before2), self.value(right, &after2));
-        let s = tangent.dot(b - a * (ratio * ratio)) / speed;
-        // d(r^2 n.a) = 2 r (n.a) dr with dr = t.(dC'(right) - r dC'(left)) / speed.
-        let turn = 2.0 * ratio * normal.dot(a) / speed;
-        let mut condition = Condition::default();
-        self.add(&mut condition, right, &after2, normal);
-        self.add(&mut condition, left, &before2, normal * -(ratio * ratio));
-        self.add(&mut condition, left, &before1, normal * -s + tangent * (turn * ratio));
-        self.add(&mut condition, right, &after1, tangent * -turn);
-        // The linearised terms vanish at the points as they are now, not at the original ones.
-        condition.right += turn * (ratio * speed - tangent.dot(self.value(right, &after1)));
-        condition
-    }
-
     fn finish(self, context: &Context) -> Result<Joined<D>, Error> {
         let per_curve = self.order + 1;
         let moves: Vec<f64> =
@@ -412,27 +315,6 @@ fn impossible(smoothness: Smoothness, report: &Report) -> String {
     format!(
         "the control points that may move cannot make every joint {smoothness:?}{at}. Let both sides move, ask for less, or use curves of higher order"
     )
-}
-
-fn unit_vector<const D: usize>(axis: usize) -> Point<D> {
-    let mut unit = Point::ZERO;
-    unit[axis] = 1.0;
-    unit
-}
-
-/// Unit vectors that complete a unit tangent to an orthonormal basis.
-fn normals<const D: usize>(tangent: Point<D>) -> Vec<Point<D>> {
-    let mut found: Vec<Point<D>> = vec![tangent];
-    let mut axes: Vec<usize> = (0..D).collect();
-    // The axes least along the tangent first: nothing is lost in the subtraction.
-    axes.sort_by(|&a, &b| tangent[a].abs().total_cmp(&tangent[b].abs()));
-    for axis in axes {
-        let rest = found.iter().fold(unit_vector(axis), |v, &n| v - n * n.dot(v));
-        if found.len() < D && rest.norm() > 0.1 {
-            found.extend(rest.unit());
-        }
-    }
-    found.split_off(1)
 }
 
 #[cfg(test)]

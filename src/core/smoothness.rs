@@ -20,6 +20,20 @@ pub enum Smoothness {
 }
 
 impl Smoothness {
+    /// How many derivatives it compares.
+    pub fn order(self) -> usize {
+        match self {
+            Smoothness::Discontinuous | Smoothness::C0 => 0,
+            Smoothness::G1 | Smoothness::C1 => 1,
+            Smoothness::G2 | Smoothness::C2 => 2,
+        }
+    }
+
+    /// Whether it compares shapes, not derivatives.
+    pub fn is_geometric(self) -> bool {
+        matches!(self, Smoothness::G1 | Smoothness::G2)
+    }
+
     /// The usual name.
     pub fn name(self) -> &'static str {
         match self {
