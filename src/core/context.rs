@@ -9,6 +9,21 @@ use super::fault::Fault;
 use super::limits::Limits;
 
 /// The limits of a computation, and whether its result is still wanted.
+///
+/// ```
+/// use springline::core::basis::{Basis, Bezier};
+/// use springline::core::context::Context;
+/// use springline::core::curve::Single;
+/// use springline::core::limits::Limits;
+/// use springline::core::point::Point;
+///
+/// let wide = Context::default();
+/// let narrow = Context::within(Limits { degree: 3, ..Limits::default() });
+/// let points = vec![Point([0.0, 0.0]); 5];
+/// assert!(Single::new(&wide, Basis::Bezier(Bezier), points.clone()).is_ok());
+/// let error = Single::new(&narrow, Basis::Bezier(Bezier), points).unwrap_err();
+/// assert_eq!(error.place.to_string(), "/control points");
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct Context {
     /// How large input and result may be.

@@ -64,6 +64,30 @@ pub struct Samples<const D: usize> {
 /// or below rounding; more samples than [`SAMPLES`](crate::core::limits::SAMPLES). At
 /// `derivatives`: more than [`DEGREE`](crate::core::limits::DEGREE). At `quantities`: the torsion
 /// of a plane curve. At `curve`: a tolerance for a B-spline that jumps.
+///
+/// ```
+/// use springline::core::basis::{Basis, Bezier};
+/// use springline::core::context::Context;
+/// use springline::core::curve::{Curve, Single};
+/// use springline::core::evaluate::{Quantities, Sampling, evaluate};
+/// use springline::core::point::Point;
+///
+/// let context = Context::default();
+/// let points = [[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]].map(Point).to_vec();
+/// let parabola = Curve::Single(Single::new(&context, Basis::Bezier(Bezier), points)?);
+/// let curvature = Quantities { curvature: true, ..Quantities::default() };
+/// let middle = Sampling::Parameters(vec![0.5]);
+/// let samples = evaluate(&context, &parabola, &middle, 1, curvature)?;
+/// assert_eq!(samples.points, [Point([1.0, 1.0])]);
+/// assert_eq!(samples.derivatives[0], [Point([2.0, 0.0])]);
+/// // It turns right, around a circle of radius 1/2.
+/// assert_eq!(samples.frames.curvatures, [-2.0]);
+///
+/// let outside = Sampling::Parameters(vec![0.5, 1.5]);
+/// let error = evaluate(&context, &parabola, &outside, 0, curvature).unwrap_err();
+/// assert_eq!(error.place.to_string(), "/sampling/parameters/1");
+/// # Ok::<_, springline::core::error::Error>(())
+/// ```
 pub fn evaluate<const D: usize>(
     context: &Context,
     curve: &Curve<D>,

@@ -56,6 +56,25 @@ pub struct Interpolant<const D: usize> {
 /// the knots. At `parameterization`: knots that do not fit. At `start` or `end`: a not-a-knot
 /// condition with too few points. At `basis` or `bases`: not a cubic basis with a way back to
 /// control points.
+///
+/// ```
+/// use springline::core::basis::{Basis, Bezier};
+/// use springline::core::context::Context;
+/// use springline::core::curve::Bases;
+/// use springline::core::interpolate::{End, EndConditions, interpolate};
+/// use springline::core::parameterization::Parameterization;
+/// use springline::core::point::Point;
+///
+/// let points = [[0.0, 0.0], [3.0, 1.0], [6.0, 0.0]].map(Point);
+/// let ends = EndConditions::Open(End::Natural, End::Natural);
+/// let bases = Bases::Common(Basis::Bezier(Bezier));
+/// let rule = Parameterization::Uniform;
+/// let found = interpolate(&Context::default(), &points, ends, bases, &rule)?;
+/// // Two cubics; every third control point is one of the points.
+/// assert_eq!(found.curve.control_points().len(), 7);
+/// assert_eq!(found.curve.control_points()[3], points[1]);
+/// # Ok::<_, springline::core::error::Error>(())
+/// ```
 pub fn interpolate<const D: usize>(
     context: &Context,
     points: &[Point<D>],

@@ -71,6 +71,23 @@ pub struct Subdivision<const D: usize> {
 /// At `at`: parameters that do not increase or leave the domain, a tolerance below rounding, more
 /// pieces than [`SEGMENTS`](crate::core::limits::SEGMENTS). At `form`: the family form of a curve
 /// that has none. At `curve`: a B-spline that jumps.
+///
+/// ```
+/// use springline::core::basis::{Basis, Bezier};
+/// use springline::core::context::Context;
+/// use springline::core::curve::{Curve, Single};
+/// use springline::core::point::Point;
+/// use springline::core::subdivide::{Cuts, Form, subdivide};
+///
+/// let context = Context::default();
+/// let points = [[0.0, 0.0], [2.0, 4.0], [4.0, 0.0]].map(Point).to_vec();
+/// let parabola = Curve::Single(Single::new(&context, Basis::Bezier(Bezier), points)?);
+/// let halves = subdivide(&context, &parabola, &Cuts::Parameters(vec![0.5]), Form::Auto)?;
+/// assert_eq!(halves.split_points, [Point([2.0, 2.0])]);
+/// let expected = [[0.0, 0.0], [1.0, 2.0], [2.0, 2.0], [3.0, 2.0], [4.0, 0.0]].map(Point);
+/// assert_eq!(halves.curve.control_points(), expected);
+/// # Ok::<_, springline::core::error::Error>(())
+/// ```
 pub fn subdivide<const D: usize>(
     context: &Context,
     curve: &Curve<D>,

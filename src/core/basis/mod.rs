@@ -61,6 +61,22 @@ trait Family {
 }
 
 /// A basis: a family with its shape parameters, each within its range.
+///
+/// ```
+/// use springline::core::basis::{Basis, Beta};
+///
+/// let basis = Basis::Beta(Beta::from_beta(1.0)?);
+/// // Bezier point 1 of a cubic is (7 P0 + 6 P1 + 3 P2 + 2 P3) / 18.
+/// let matrix = basis.shape_matrix(3);
+/// let expected = [7.0, 6.0, 3.0, 2.0].map(|x| x / 18.0);
+/// assert!(matrix.row(1).iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-15));
+///
+/// // A parameter out of its range makes no basis. The error says which, and what is allowed.
+/// let Err(error) = Beta::from_beta(-1.0) else { panic!("beta is negative") };
+/// assert_eq!(error.place.to_string(), "/beta");
+/// assert!(error.fault.to_string().contains("beta >= 0"));
+/// # Ok::<_, springline::core::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Basis {
     /// Bernstein polynomials.

@@ -20,6 +20,23 @@ use crate::core::context::Context;
 use crate::core::linear::lanes::are_finite;
 
 /// Any curve.
+///
+/// ```
+/// use springline::core::basis::{Basis, Bezier};
+/// use springline::core::context::Context;
+/// use springline::core::curve::{BSpline, Curve, Single};
+/// use springline::core::point::Point;
+///
+/// let context = Context::default();
+/// let points = [[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]].map(Point).to_vec();
+/// let single = Single::new(&context, Basis::Bezier(Bezier), points.clone())?;
+/// let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+/// let spline = BSpline::new(&context, 2, knots, points, false)?;
+/// // What all curves have in common is their Bezier segments.
+/// let [a, b] = [Curve::Single(single), Curve::BSpline(spline)];
+/// assert_eq!(a.composite(&context)?.segment(0), b.composite(&context)?.segment(0));
+/// # Ok::<_, springline::core::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Curve<const D: usize> {
     /// One segment of one family.

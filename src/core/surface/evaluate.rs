@@ -71,6 +71,27 @@ fn jets(patch: &Patch, orders: usize) -> Vec<Patch> {
 /// # Errors
 /// At `at`: counts below 2, parameters outside the domain, more samples than the limits. At
 /// `derivatives`: above 2.
+///
+/// ```
+/// use springline::core::basis::{Basis, Bezier};
+/// use springline::core::context::Context;
+/// use springline::core::point::Point;
+/// use springline::core::surface::{Places, Surface, SurfaceQuantities, evaluate};
+///
+/// let context = Context::default();
+/// // The saddle z = x y over the unit square.
+/// let net = vec![
+///     vec![Point([0.0, 0.0, 0.0]), Point([0.0, 1.0, 0.0])],
+///     vec![Point([1.0, 0.0, 0.0]), Point([1.0, 1.0, 1.0])],
+/// ];
+/// let saddle = Surface::new(&context, Basis::Bezier(Bezier), Basis::Bezier(Bezier), net)?;
+/// let places = Places::Parameters(vec![[0.0, 0.0], [0.5, 0.5]]);
+/// let wanted = SurfaceQuantities { gaussian_curvature: true, ..Default::default() };
+/// let samples = evaluate(&context, &saddle, &places, 0, wanted)?;
+/// assert_eq!(samples.points[1], Point([0.5, 0.5, 0.25]));
+/// assert_eq!(samples.gaussian_curvatures[0], -1.0);
+/// # Ok::<_, springline::core::error::Error>(())
+/// ```
 pub fn evaluate(
     context: &Context,
     surface: &Surface,

@@ -79,6 +79,27 @@ pub fn check_tolerance(tolerance: f64) -> Result<(), Fault> {
 /// # Errors
 /// At `tolerance`: not positive or 1 and more. At `knots`: uniform or periodic knots that the curve
 /// does not allow.
+///
+/// ```
+/// use springline::core::basis::{Basis, Bezier};
+/// use springline::core::context::Context;
+/// use springline::core::curve::{Bases, Curve, Piecewise};
+/// use springline::core::knots::Breaks;
+/// use springline::core::point::Point;
+/// use springline::core::to_bspline::{KnotStyle, to_bspline};
+///
+/// let context = Context::default();
+/// // A parabola over [0, 1], and its tangent over [1, 2].
+/// let points = [[0.0, 0.0], [0.5, 0.0], [1.0, 1.0], [1.5, 2.0], [2.0, 3.0]].map(Point);
+/// let breaks = Breaks::new(&context, vec![0.0, 1.0, 2.0])?;
+/// let bases = Bases::Common(Basis::Bezier(Bezier));
+/// let curve = Piecewise::new(&context, bases, 2, breaks, false, points.to_vec())?;
+/// let found = to_bspline(&context, &Curve::Piecewise(curve), KnotStyle::Clamped, 1e-9)?;
+/// // Their joint is C1, so one knot of two and one control point are superfluous.
+/// assert_eq!(found.curve.knots().as_slice(), [0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0]);
+/// assert_eq!(found.curve.control_points().len(), 4);
+/// # Ok::<_, springline::core::error::Error>(())
+/// ```
 pub fn to_bspline<const D: usize>(
     context: &Context,
     curve: &Curve<D>,
