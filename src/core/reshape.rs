@@ -236,7 +236,7 @@ mod tests {
     fn a_cubic_with_half_its_end_edges_moves_by_three_eighths() {
         let curve = single(&[[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]);
         let half = Bases::Common(Basis::AlphaBeta(AlphaBeta::new(1.0, 1.5).unwrap()));
-        let found = reshape(&Context::default(), &curve, half, Keep::Nothing).unwrap();
+        let found = reshape(&Context::default(), &curve, half, Smoothness::C0).unwrap();
         assert_eq!((found.curve_moved, found.points_moved), (0.375, 0.0));
     }
 
@@ -252,7 +252,7 @@ mod tests {
         let bases = Bases::Common(Basis::Bezier(Bezier));
         let curve = Piecewise::new(&context, bases, 3, breaks, false, points).unwrap();
         let beta = Bases::Common(Basis::Beta(Beta::from_beta(1.0).unwrap()));
-        let found = reshape(&context, &Curve::Piecewise(curve), beta, Keep::C1).unwrap();
+        let found = reshape(&context, &Curve::Piecewise(curve), beta, Smoothness::C1).unwrap();
         let (near, far) = (1.0 - 2.0 / 15.0, 2.0 - 1.0 / 15.0);
         let expected = [0.0, far, near, 1.0, near, far, 0.0];
         for (i, (p, y)) in found.curve.control_points().iter().zip(expected).enumerate() {
@@ -264,7 +264,7 @@ mod tests {
     #[test]
     fn a_refused_reshape_is_placed() {
         let place = |curve: &Curve<2>, bases| {
-            let found = reshape(&Context::default(), curve, bases, Keep::Nothing);
+            let found = reshape(&Context::default(), curve, bases, Smoothness::C0);
             found.unwrap_err().place.to_string()
         };
         let curve = single(&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]]);
