@@ -2,6 +2,7 @@
 
 use crate::api::pointer::Name;
 use crate::core;
+use crate::core::argument::Argument;
 use crate::core::error::Step;
 
 /// What the contract forbids, or the core.
@@ -82,4 +83,12 @@ pub fn every<T, E: Into<Error>>(
     results: impl IntoIterator<Item = Result<T, E>>,
 ) -> Result<Vec<T>, Error> {
     core::error::every(results.into_iter().map(|result| result.map_err(Into::into)))
+}
+
+/// The same faults at the fields that the operation takes its arguments from.
+pub fn named(error: Error, field: fn(Argument) -> &'static str) -> Error {
+    error.outermost(|name| match name {
+        Name::Argument(argument) => Name::Field(field(argument)),
+        name @ Name::Field(_) => name,
+    })
 }

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 use crate::api::problem::Status;
+use crate::api::sentences;
 use crate::core::context::Context;
 use serde::de::{self, Deserializer, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
@@ -67,7 +68,7 @@ fn explain(reading: &Reading, text: &[u8], number: usize) -> Refusal {
         Err(error) => {
             let detail = format!(
                 "{}; {FORM}",
-                json::in_json_terms(&error).replace("the body ends", "the line ends")
+                sentences::in_json_terms(&error).replace("the body ends", "the line ends")
             );
             let problem =
                 Problem::new(Status::BAD_REQUEST, "not_json", "The line is not JSON", detail);
@@ -92,7 +93,7 @@ fn explain(reading: &Reading, text: &[u8], number: usize) -> Refusal {
         "The line is not an operation",
         format!("{first}; {FORM}"),
     );
-    (line.id, lead.with_faults(misfits).into())
+    (line.id, lead.with_faults(misfits.into_iter().map(Into::into).collect()).into())
 }
 
 impl<'de: 'a, 'a> Read<'de> for Line<'a> {

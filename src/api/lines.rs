@@ -8,12 +8,13 @@ use crate::api::problem::Status;
 use crate::core::context::Context;
 
 use crate::api::chunks::{Buffer, Chunks};
-use crate::api::json::{self as json, shortened};
+use crate::api::json;
 use crate::api::line::{Id, Line};
 use crate::api::memory::Memory;
 use crate::api::operations::{self, Entry, TABLE};
 use crate::api::output::Format;
 use crate::api::problem::Problem;
+use crate::api::sentences::shortened;
 use crate::api::wire::meant;
 
 /// The media type of lines of JSON.

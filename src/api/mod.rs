@@ -15,6 +15,8 @@ pub mod pointer;
 pub mod problem;
 pub mod reader;
 pub mod rounded;
+pub mod sentences;
 pub mod specification;
+pub mod unwritten;
 pub mod wire;
 pub mod writer;

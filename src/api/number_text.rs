@@ -6,7 +6,7 @@ use std::thread;
 use crate::api::chunks::{Buffer, Stopped};
 use crate::api::output::{Format, Layout, Precision};
 use crate::api::rounded::{Block, LANES, ROOM, Rounding};
-use crate::api::writer::{Unwritten, not_finite};
+use crate::api::unwritten::{Unwritten, not_finite};
 use crate::core::linear::lanes::are_finite;
 
 /// Numbers row by row.

@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use crate::api::error::Error;
 use crate::core::argument::Argument;
 use crate::core::error::Step;
 
@@ -28,14 +27,6 @@ impl fmt::Display for Name {
             Name::Argument(argument) => field(argument),
         })
     }
-}
-
-/// The same faults at the fields that the operation takes its arguments from.
-pub fn named(error: Error, field: fn(Argument) -> &'static str) -> Error {
-    error.outermost(|name| match name {
-        Name::Argument(argument) => Name::Field(field(argument)),
-        name @ Name::Field(_) => name,
-    })
 }
 
 /// The field that an argument comes from, unless an operation says otherwise.

@@ -7,7 +7,6 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::api::error::{self, Error};
-use crate::api::wire::tolerant::Misfit;
 use crate::core;
 use crate::core::fault::Fault;
 
@@ -160,9 +159,8 @@ impl Problem {
     }
 
     /// The same problem with the values at fault.
-    pub fn with_faults(mut self, misfits: Vec<Misfit>) -> Self {
-        self.errors =
-            misfits.into_iter().take(LISTED).map(|misfit| FoundFault::from(misfit).item).collect();
+    pub fn with_faults(mut self, faults: Vec<FoundFault>) -> Self {
+        self.errors = faults.into_iter().take(LISTED).map(|fault| fault.item).collect();
         self
     }
 
@@ -234,6 +232,15 @@ pub struct FoundFault {
 }
 
 impl FoundFault {
+    /// A fault of a value that cannot be read.
+    pub fn unread(pointer: String, code: &'static str, detail: String) -> Self {
+        let (status, title) = match code {
+            "too_large" => (Status::PAYLOAD_TOO_LARGE, "Beyond a limit"),
+            _ => (Status::BAD_REQUEST, "The JSON is not the shape of this request"),
+        };
+        FoundFault { status, title, item: Item { pointer, code, detail } }
+    }
+
     /// Where it is.
     pub fn pointer(&self) -> &str {
         &self.item.pointer
@@ -253,16 +260,6 @@ impl From<Error> for FoundFault {
             title,
             item: Item { pointer: error.place.to_string(), code, detail: error.fault.to_string() },
         }
-    }
-}
-
-impl From<Misfit> for FoundFault {
-    fn from(Misfit { pointer, code, detail, .. }: Misfit) -> Self {
-        let (status, title) = match code {
-            "too_large" => (Status::PAYLOAD_TOO_LARGE, "Beyond a limit"),
-            _ => (Status::BAD_REQUEST, "The JSON is not the shape of this request"),
-        };
-        FoundFault { status, title, item: Item { pointer, code, detail } }
     }
 }
 

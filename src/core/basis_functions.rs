@@ -3,8 +3,9 @@
 use super::argument::Argument;
 use super::basis::{Basis, Properties, ShapeMatrix};
 use super::bezier_form::bernstein;
+use super::check::{at_least, at_most};
 use super::error::{Error, Locate};
-use super::fault::{Fault, at_least, at_most};
+use super::fault::Fault;
 use crate::core::context::Context;
 
 /// A basis at one order, sampled.

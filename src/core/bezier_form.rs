@@ -181,6 +181,13 @@ pub fn chord_error<const D: usize>(points: &[Point<D>]) -> f64 {
     most * (1.0 - 0.5f64.powi(degree as i32 - 1))
 }
 
+/// `size d! / (d - k)! (2 / length)^k`: how large a `k`-th derivative can be for points of this
+/// size. Rounding errors of derivatives are measured in it. Overflows only where its value does.
+#[inline]
+pub(crate) fn derivative_size(size: f64, degree: usize, k: usize, length: f64) -> f64 {
+    (0..k).fold(size, |size, i| size * degree.saturating_sub(i) as f64 * 2.0 / length)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -232,6 +232,14 @@ impl<N: fmt::Display, F: fmt::Display> fmt::Display for Error<N, F> {
 
 impl<N: fmt::Debug + fmt::Display, F: fmt::Debug + fmt::Display> std::error::Error for Error<N, F> {}
 
+impl Fault {
+    /// The fault at a step of its own object; callers further out add theirs with
+    /// [`Error::at`].
+    pub fn at(self, step: impl Into<Step<Argument>>) -> Error {
+        Error::from(self).at(step)
+    }
+}
+
 impl Error {
     /// The same error where what was refused is no argument but computed from arguments.
     pub(crate) fn of_result(self) -> Self {

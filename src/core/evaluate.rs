@@ -4,10 +4,11 @@ mod frame;
 
 use super::argument::Argument;
 use super::bezier_form::{chord_error, split};
+use super::check::{at_least, at_most};
 use super::curve::{Composite, Curve, Segment};
 use super::domain::Domain;
 use super::error::{Error, Locate};
-use super::fault::{Fault, at_least, at_most};
+use super::fault::Fault;
 use super::point::{Point, magnitude};
 use crate::core::context::Context;
 use crate::core::linear::lanes::uniform;

@@ -2,9 +2,6 @@
 
 use std::fmt;
 
-use super::argument::Argument;
-use super::error::{Error, Step};
-
 /// What the mathematics, or a limit, forbids. The text says what is wrong, what is allowed and what
 /// to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -166,55 +163,5 @@ impl fmt::Display for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = format!("{:?}", self.0);
         f.write_str(text.strip_suffix(".0").unwrap_or(&text))
-    }
-}
-
-impl Fault {
-    /// The fault at a step of its own object; callers further out add theirs with
-    /// [`Error::at`].
-    pub fn at(self, step: impl Into<Step<Argument>>) -> Error {
-        Error::from(self).at(step)
-    }
-}
-
-/// Refuses a count above a limit.
-pub(crate) fn at_most(
-    what: &'static str,
-    count: usize,
-    most: usize,
-    advice: &'static str,
-) -> Result<(), Fault> {
-    if count > most { Err(Fault::TooLarge { what, count, most, advice }) } else { Ok(()) }
-}
-
-/// Refuses a count below a minimum.
-pub(crate) fn at_least(what: &'static str, count: usize, least: usize) -> Result<(), Fault> {
-    if count < least { Err(Fault::TooFew { what, count, least }) } else { Ok(()) }
-}
-
-/// Refuses a list that does not increase, with the position of the first value that breaks the
-/// rule.
-pub(crate) fn increasing(what: &'static str, values: &[f64], strictly: bool) -> Result<(), Error> {
-    for (i, pair) in values.windows(2).enumerate() {
-        let (previous, value) = (pair[0], pair[1]);
-        // NaN breaks the rule too, whichever side it is on.
-        let in_order = if strictly { value > previous } else { value >= previous };
-        if !in_order {
-            return Err(Fault::NotIncreasing { what, previous, value, strictly }.at(i + 1));
-        }
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn increasing_names_the_first_offender() {
-        let error = increasing("knots", &[0.0, 1.0, 1.0, 0.5], true).unwrap_err();
-        assert_eq!(error.place.to_string(), "/2");
-        let error = increasing("knots", &[0.0, 1.0, 1.0, 0.5], false).unwrap_err();
-        assert_eq!(error.place.to_string(), "/3");
     }
 }

@@ -1,5 +1,6 @@
 //! What separates neighbouring segments where they meet, one joint at a time or many together.
 
+use super::bezier_form::derivative_size;
 use super::bezier_form::difference;
 use super::curve::Segment;
 use super::point::{Point, is_safe, larger};
@@ -282,13 +283,6 @@ fn quick_norm<const D: usize>(vector: Point<D>) -> f64 {
     let square = vector.dot(vector);
     let is_zero = vector.0.iter().fold(true, |zero, x| zero & (*x == 0.0));
     if is_safe(square) | is_zero { square.sqrt() } else { f64::NAN }
-}
-
-/// `size d! / (d - k)! (2 / length)^k`: how large a `k`-th derivative can be for points of this
-/// size. Rounding errors of derivatives are measured in it. Overflows only where its value does.
-#[inline]
-pub(crate) fn derivative_size(size: f64, degree: usize, k: usize, length: f64) -> f64 {
-    (0..k).fold(size, |size, i| size * degree.saturating_sub(i) as f64 * 2.0 / length)
 }
 
 /// The largest distance of a point from the first one.

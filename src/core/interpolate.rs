@@ -2,10 +2,11 @@
 
 use super::argument::Argument;
 use super::basis::{Basis, Bezier, WayBack};
+use super::check::{at_least, at_most};
 use super::continuity::{Report, Tolerance, piecewise_continuity};
 use super::curve::{Bases, PerSegment, Piecewise, finite_points};
 use super::error::{Error, Locate};
-use super::fault::{Fault, at_least, at_most};
+use super::fault::Fault;
 use super::knots::Breaks;
 use super::parameterization::Parameterization;
 use super::point::Point;

@@ -5,10 +5,11 @@ mod directions;
 
 use super::argument::Argument;
 use super::basis::Basis;
+use super::check::{at_least, at_most};
 use super::continuity::{Joint, Report, Tolerance, continuity};
 use super::curve::{Bases, Piecewise, Single};
 use super::error::{Error, Locate};
-use super::fault::{Fault, at_least, at_most};
+use super::fault::Fault;
 use super::joint_rows::Side;
 use super::knots::Breaks;
 use super::limits;

@@ -1,7 +1,8 @@
 //! Knot vectors that cannot be invalid.
 
+use super::check::{at_least, at_most, increasing};
 use super::error::Error;
-use super::fault::{Fault, at_least, at_most, increasing};
+use super::fault::Fault;
 use crate::core::context::Context;
 
 /// The full knot vector of a B-spline: `control points + degree + 1` knots that do not decrease,

@@ -11,6 +11,7 @@ pub mod basis;
 pub mod basis_functions;
 pub mod bezier_form;
 pub mod cancellation;
+pub mod check;
 pub mod context;
 pub mod continuity;
 pub mod convert;

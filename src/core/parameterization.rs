@@ -1,8 +1,9 @@
 //! How data points get their parameters.
 
 use super::argument::Argument;
+use super::check::increasing;
 use super::error::{Error, Locate};
-use super::fault::{Fault, increasing};
+use super::fault::Fault;
 use super::knots::Breaks;
 use super::point::Point;
 use crate::core::context::Context;

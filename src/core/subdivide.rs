@@ -3,11 +3,12 @@
 use super::argument::Argument;
 use super::basis::{Basis, Bezier};
 use super::bezier_form::{evaluate, split};
+use super::check::{at_most, increasing};
 use super::curve::{Bases, Composite, Curve, Piecewise, Segment};
 use super::domain::Domain;
 use super::error::{Error, Locate};
 use super::evaluate::{Piece, check_distance, check_tolerance, flat_pieces};
-use super::fault::{Fault, at_most, increasing};
+use super::fault::Fault;
 use super::knots::Breaks;
 use super::point::Point;
 use crate::core::context::Context;

@@ -6,7 +6,6 @@ use crate::core::error::Error;
 use crate::core::point::Point;
 use crate::draw::canvas::Canvas;
 use crate::draw::frame::{Bounds, Frame};
-use crate::draw::sketch::Sketch;
 use crate::draw::{Mark, palette};
 
 /// One line of the comb.
@@ -83,12 +82,15 @@ const OUTLIER: f64 = 5.0;
 /// The scale with which the longest line is a fifth of the picture. Where a few are far longer than
 /// the others, a near-cusp's, they would leave nothing of the rest: then the longest of those that
 /// are not is a fifth, and what is longer is cut there.
-pub fn scale(sketches: &[Sketch], bounds: &Bounds, given: Option<f64>) -> CombScale {
+pub fn scale<'a>(
+    teeth: impl Iterator<Item = &'a Tooth>,
+    bounds: &Bounds,
+    given: Option<f64>,
+) -> CombScale {
     if let Some(reach) = given {
         return CombScale { reach, longest: f64::INFINITY };
     }
-    let mut bends: Vec<f64> =
-        sketches.iter().flat_map(|sketch| &sketch.teeth).map(|tooth| tooth.bend.norm()).collect();
+    let mut bends: Vec<f64> = teeth.map(|tooth| tooth.bend.norm()).collect();
     bends.sort_by(f64::total_cmp);
     let most = bends.last().copied().unwrap_or(0.0);
     let usual = OUTLIER * bends.get(bends.len() * 9 / 10).copied().unwrap_or(0.0);
@@ -98,21 +100,19 @@ pub fn scale(sketches: &[Sketch], bounds: &Bounds, given: Option<f64>) -> CombSc
 }
 
 /// The lines, and one line along their ends.
-pub fn draw(
+pub fn draw<'a>(
     context: &Context,
     canvas: &mut Canvas,
-    sketches: &[Sketch],
-    marks: &[Mark],
+    combs: impl Iterator<Item = (&'a [Tooth], &'a Mark)>,
     frame: &Frame,
     scale: CombScale,
 ) {
     canvas.open("comb", "fill=\"none\" stroke-width=\"0.8\" opacity=\"0.7\"");
-    for (sketch, mark) in sketches.iter().zip(marks) {
+    for (teeth, mark) in combs {
         let lines: Vec<[Point<2>; 2]> =
-            sketch.teeth.iter().map(|tooth| [tooth.base, tooth.end(scale)]).collect();
+            teeth.iter().map(|tooth| [tooth.base, tooth.end(scale)]).collect();
         canvas.lines(context, &lines, frame, palette::color(mark.color));
-        let ends: Vec<Vec<Point<2>>> = sketch
-            .teeth
+        let ends: Vec<Vec<Point<2>>> = teeth
             .chunk_by(|_, next| !next.first)
             .map(|part| part.iter().map(|tooth| tooth.end(scale)).collect())
             .collect();

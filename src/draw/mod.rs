@@ -22,11 +22,11 @@ pub use palette::COLORS;
 pub use text::{check_text, escape};
 
 use crate::core::argument::Argument;
+use crate::core::check::at_most;
 use crate::core::context::Context;
 use crate::core::curve::Curve;
 use crate::core::dimensioned::Dimensioned;
 use crate::core::error::{Error, Locate};
-use crate::core::fault::at_most;
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::surface::Surface;
@@ -105,7 +105,7 @@ pub fn draw(context: &Context, picture: &Picture) -> Result<String, Error> {
     let plot = Plot::inside(picture.size, picture.show.axes, legend.width());
     let space = space_box(context, picture)?;
     let comb = comb::scale(
-        &sketches,
+        sketches.iter().flat_map(|sketch| &sketch.teeth),
         &bounds(context, picture, &sketches, &surfaces, None)?,
         picture.comb_scale,
     );
@@ -226,7 +226,8 @@ fn draw_curves(
         draw_polygons(context, canvas, sketches, frame);
     }
     if picture.show.comb {
-        comb::draw(context, canvas, sketches, &picture.curve_marks, frame, comb);
+        let teeth = sketches.iter().map(|sketch| &*sketch.teeth);
+        comb::draw(context, canvas, teeth.zip(&picture.curve_marks), frame, comb);
     }
     canvas.open(
         "curves",

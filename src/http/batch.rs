@@ -17,8 +17,8 @@ use tokio::task::{JoinError, JoinHandle};
 use tokio::time::{Instant, sleep, timeout};
 
 use super::negotiate;
-use super::observe::RequestId;
 use super::pool::Failure;
+use super::request_id::RequestId;
 use super::service::Service;
 use crate::api::chunks::Chunks;
 use crate::api::cost::Cost;
@@ -187,7 +187,7 @@ impl Batch {
         if failure == Failure::Panicked {
             self.id.log_panic("a computation of a batch");
         }
-        super::call::failed(&self.service, failure)
+        super::refusal::failed(&self.service, failure)
     }
 }
 

@@ -17,13 +17,14 @@ use super::metrics::Reason;
 use super::negotiate::{self, BodyFormat};
 use super::pool::Failure;
 use super::receive::{Received, SMALL, receive};
+use super::refusal::{failed, refused};
 use super::service::Service;
 use crate::api::chunks::{Buffer, Chunks};
 use crate::api::cost::{Cost, Costed};
 use crate::api::json;
 use crate::api::operations::{Operation, Output, OutputKind};
 use crate::api::output::{Format, RAW};
-use crate::api::problem::{Problem, Status};
+use crate::api::problem::Problem;
 use crate::api::wire::{Reading, raw};
 use crate::core::context::Context;
 
@@ -156,32 +157,4 @@ fn read<Request: json::Request>(
     };
     json::check_depth(text, max_depth)?;
     json::read(&Reading::new(context).with_numbers(numbers.as_ref()), text)
-}
-
-/// There is no room now; counts it.
-pub(super) fn refused(service: &Service, reason: Reason) -> Problem {
-    service.metrics.shed(reason);
-    match reason {
-        Reason::memory => Problem::overloaded("the memory for bodies and answers is in use"),
-        _ => Problem::overloaded("all workers are busy, and what waits for them is too much")
-            .for_about(service.pool.retry()),
-    }
-}
-
-/// The problem of a computation without a result; counts it.
-pub(super) fn failed(service: &Service, failure: Failure) -> Problem {
-    match failure {
-        Failure::Full => refused(service, Reason::queue),
-        Failure::Deadline => {
-            let detail = format!(
-                "the answer was not ready within {} s; ask for less at once, or try again later",
-                service.deadline.as_secs_f64()
-            );
-            Problem::new(Status::GATEWAY_TIMEOUT, "deadline", "The deadline has passed", detail)
-        }
-        Failure::Panicked => {
-            service.metrics.panics.inc();
-            Problem::internal()
-        }
-    }
 }

@@ -13,9 +13,9 @@ use crate::api::chunks::Chunks;
 use crate::api::memory::{Memory, Reservation};
 use crate::api::problem::Problem;
 use crate::core::context::Context;
-use crate::http::call::failed;
 use crate::http::coding::Coding;
 use crate::http::pool::{Failure, Pool};
+use crate::http::refusal::failed;
 use crate::http::service::Service;
 
 /// Shorter texts are sent as they are: they fit into the packet of their head.

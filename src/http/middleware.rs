@@ -20,7 +20,8 @@ use tower_http::cors::{AllowOrigin, CorsLayer};
 use super::handlers::Handlers;
 use crate::api::problem::{Problem, Status};
 use crate::http::batch;
-use crate::http::observe::{self as observe, Observer};
+use crate::http::observe::Observer;
+use crate::http::request_id::REQUEST_ID;
 use crate::http::service::Service;
 
 /// The service as a connection meets it.
@@ -186,7 +187,7 @@ fn cors(origins: &[HeaderValue]) -> Option<CorsLayer> {
         "traceparent",
         "tracestate",
     ];
-    let read = [observe::REQUEST_ID, header::RETRY_AFTER];
+    let read = [REQUEST_ID, header::RETRY_AFTER];
     let layer = CorsLayer::new().allow_origin(origin).allow_methods([Method::GET, Method::POST]);
     let two_hours = std::time::Duration::from_secs(7_200);
     Some(

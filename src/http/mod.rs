@@ -20,6 +20,8 @@ pub mod problem;
 pub mod queue;
 pub mod rates;
 pub mod receive;
+pub mod refusal;
+pub mod request_id;
 pub mod service;
 pub mod settings;
 pub mod traces;
@@ -35,7 +37,7 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::api::problem::{Problem, Status};
-use crate::api::{json, specification};
+use crate::api::{sentences, specification};
 use middleware::Middleware;
 use service::Service;
 
@@ -96,7 +98,7 @@ pub fn metrics_router(service: &Arc<Service>) -> Router {
 async fn not_found(headers: HeaderMap, uri: Uri) -> Response {
     let detail = format!(
         "there is nothing at {}; the operations are listed at /docs and in /openapi.json",
-        json::shortened(uri.path())
+        sentences::shortened(uri.path())
     );
     page::problem(&headers, Problem::new(Status::NOT_FOUND, "not_found", "Not found", detail))
 }
@@ -104,7 +106,7 @@ async fn not_found(headers: HeaderMap, uri: Uri) -> Response {
 async fn method_not_allowed(headers: HeaderMap, method: Method) -> Response {
     let detail = format!(
         "{} is not allowed here; see the Allow header. Operations take POST",
-        json::shortened(method.as_str())
+        sentences::shortened(method.as_str())
     );
     page::problem(
         &headers,

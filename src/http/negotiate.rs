@@ -2,9 +2,9 @@
 
 use axum::http::{HeaderMap, header};
 
-use crate::api::json::shortened;
 use crate::api::output::{Format, Layout, Precision, RAW};
 use crate::api::problem::{Problem, Status};
+use crate::api::sentences::shortened;
 use crate::api::wire::meant;
 
 /// How a body is written.

@@ -7,29 +7,16 @@ use std::time::Instant;
 
 use axum::body::HttpBody;
 use axum::extract::Request;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri};
 use axum::response::Response;
 use prometheus_client::metrics::gauge::Gauge;
 use uuid::{Builder, Uuid};
 
+use super::request_id::{REQUEST_ID, RequestId};
 use super::service::Service;
 use crate::http::logs::LogLine;
 use crate::http::metrics::{OfRoute, UNKNOWN};
 use crate::http::traces::{Parent, Span};
-
-/// The header that carries the id of a request, both ways.
-pub const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
-
-/// The id of a request, for what goes on after its answer has begun.
-#[derive(Debug, Clone)]
-pub struct RequestId(pub HeaderValue);
-
-impl RequestId {
-    /// Logs a panic that no status tells of.
-    pub fn log_panic(&self, what: &str) {
-        tracing::error!(request_id = self.0.to_str().unwrap_or(""), "panicked: {what}");
-    }
-}
 
 /// Counts, times and logs requests, and gives them ids.
 pub struct Observer {

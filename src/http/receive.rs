@@ -11,8 +11,8 @@ use futures_util::future::poll_immediate;
 use http_body_util::BodyExt;
 use tokio::time::timeout;
 
-use super::call::refused;
 use super::metrics::Reason;
+use super::refusal::refused;
 use super::service::Service;
 use crate::api::cost::Cost;
 use crate::api::memory::{NoRoom, Reservation};

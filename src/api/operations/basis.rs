@@ -8,8 +8,8 @@ use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Basis, Whole, list, part, whole};
 use crate::core::basis::Properties;
 use crate::core::basis_functions as core;
+use crate::core::check::within_degrees;
 use crate::core::context::Context;
-use crate::core::curve::within_degrees;
 use crate::core::limits;
 
 crate::object! {

@@ -6,10 +6,11 @@ use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{Continuity, Curve, Dimensioned, ReportStyle, list, need, number};
+use crate::core::check::at_most;
 use crate::core::context::Context;
 use crate::core::continuity as core;
 use crate::core::curve::{self, Composite};
-use crate::core::fault::{Fault, at_most};
+use crate::core::fault::Fault;
 use crate::core::to_bspline::check_tolerance;
 
 crate::object! {

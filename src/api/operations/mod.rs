@@ -21,7 +21,7 @@ use utoipa::ToSchema;
 
 use crate::api::chunks::{Buffer, CHUNK};
 use crate::api::cost::Costed;
-use crate::api::error::Error;
+use crate::api::error::{self, Error};
 use crate::api::json::{self, Request};
 use crate::api::output::Format;
 use crate::api::pointer;
@@ -94,7 +94,7 @@ pub trait Operation: 'static {
     /// # Errors
     /// As [`Operation::compute`].
     fn answer(context: &Context, request: Self::Request) -> Result<Self::Answer, Error> {
-        Self::compute(context, request).map_err(|error| pointer::named(error, Self::field))
+        Self::compute(context, request).map_err(|error| error::named(error, Self::field))
     }
 
     /// Whether a request costs less than handing it to another thread.

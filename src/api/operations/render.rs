@@ -6,8 +6,9 @@ use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::Operation;
 use crate::api::wire::{Curve, Dimensioned, Surface, Whole, list, missing, number, part, whole};
+use crate::core::check::at_most;
 use crate::core::context::Context;
-use crate::core::fault::{Fault, at_most};
+use crate::core::fault::Fault;
 use crate::core::limits;
 use crate::draw as core;
 use crate::draw::{Curves, Mark, Picture};
@@ -236,7 +237,7 @@ fn surfaces(
     drawn: Option<Vec<DrawnSurface>>,
 ) -> Result<(Vec<crate::core::surface::Surface>, Vec<Mark>), Error> {
     let Some(drawn) = drawn else { return Ok(Default::default()) };
-    crate::core::fault::at_least("surfaces", drawn.len(), 1)?;
+    crate::core::check::at_least("surfaces", drawn.len(), 1)?;
     at_most("surfaces in a picture", drawn.len(), limits::PICTURE_SURFACES, "Draw them in parts")?;
     let one = |(i, drawn): (usize, DrawnSurface)| -> Result<_, Error> {
         let mark = mark(drawn.label, drawn.color, i);
@@ -263,7 +264,7 @@ fn curves(
     surfaces: usize,
 ) -> Result<(Curves, Vec<Mark>), Error> {
     let Some(drawn) = drawn else { return Ok((Curves::Space(Vec::new()), Vec::new())) };
-    crate::core::fault::at_least("curves", drawn.len(), 1)?;
+    crate::core::check::at_least("curves", drawn.len(), 1)?;
     at_most("curves in a picture", drawn.len(), limits::PICTURE_CURVES, "Draw them in parts")?;
     let (mut plane, mut space, mut marks) = (Vec::new(), Vec::new(), Vec::new());
     let one = |(i, drawn): (usize, DrawnCurve)| {

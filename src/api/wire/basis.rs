@@ -173,7 +173,7 @@ impl From<&core::Basis> for Basis {
 /// # Errors
 /// As [`Basis::parse`]; more bases than [`limits::SEGMENTS`].
 pub fn parse_list(context: &Context, bases: Vec<Basis>) -> Result<Vec<core::Basis>, Error> {
-    crate::core::fault::at_most(
+    crate::core::check::at_most(
         "bases",
         bases.len(),
         context.limits.segments,
@@ -251,7 +251,7 @@ impl crate::api::writer::Written for Target {
     fn write_to(
         &self,
         writer: &mut crate::api::writer::Writer,
-    ) -> Result<(), crate::api::writer::Unwritten> {
+    ) -> Result<(), crate::api::unwritten::Unwritten> {
         self.0.write_to(writer)
     }
 }

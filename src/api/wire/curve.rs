@@ -5,9 +5,11 @@ use crate::api::wire::basis::{Basis, BasisFamily, Shape, li_beta, parse_list};
 use crate::api::wire::field::{Whole, need, number, part, whole};
 use crate::api::wire::points::Points;
 use crate::core::basis;
+use crate::core::check::increasing;
+use crate::core::check::within_degrees;
 use crate::core::context::Context;
 use crate::core::curve as core;
-use crate::core::fault::{Fault, increasing};
+use crate::core::fault::Fault;
 use crate::core::knots::Breaks;
 use crate::core::limits;
 use crate::core::point::Point;
@@ -74,7 +76,7 @@ impl Dimensioned {
         context: &Context,
         curves: Vec<Curve>,
     ) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
-        crate::core::fault::at_least("curves", curves.len(), 1)?;
+        crate::core::check::at_least("curves", curves.len(), 1)?;
         let parsed =
             every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse(context).at(i)))?;
         let (mut plane, mut space) = (Vec::new(), Vec::new());
@@ -182,7 +184,7 @@ impl Curve {
             part(self.knots, "knots", |knots| Breaks::new(context, knots)),
         );
         let order = part(self.order, "order", |order| {
-            core::within_degrees(context, "order", order.0).map(|()| order.0)
+            within_degrees(context, "order", order.0).map(|()| order.0)
         });
         let ((bases, breaks), order) = both(parts, order)?;
         Ok(Outline::Piecewise { bases, breaks, order, closed: self.closed.unwrap_or(false) })
@@ -190,7 +192,7 @@ impl Curve {
 
     fn bspline(self, context: &Context) -> Result<Outline, Error> {
         let degree = part(self.degree, "degree", |degree| {
-            core::within_degrees(context, "degree", degree.0).map(|()| degree.0)
+            within_degrees(context, "degree", degree.0).map(|()| degree.0)
         });
         let knots =
             part(self.knots, "knots", |knots| increasing("knots", &knots, false).map(|()| knots));

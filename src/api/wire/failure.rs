@@ -4,8 +4,8 @@ use std::fmt::{self, Display};
 
 use serde::de::{self, Expected, Unexpected};
 
-use crate::api::json::{in_json_terms, shortened};
-use crate::api::wire::field::TOO_LONG;
+use crate::api::sentences::{in_json_terms, shortened};
+use crate::api::wire::length::TOO_LONG;
 
 /// Why a value could not be read.
 #[derive(Debug)]

@@ -10,10 +10,11 @@ use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
 
 use crate::api::error::{Error, Fault, Locate};
 use crate::api::number_text::Numbers;
+use crate::api::unwritten::Unwritten;
+use crate::api::wire::length::{ITEMS, too_long};
 use crate::api::wire::raw;
 use crate::api::wire::reading::{Read, Reading};
-use crate::api::writer::{Unwritten, Writer, Written};
-use crate::core::limits;
+use crate::api::writer::{Writer, Written};
 
 /// Named schemas, as the specification collects them.
 pub type Components = Vec<(String, RefOr<Schema>)>;
@@ -35,18 +36,6 @@ pub trait Field: Described + for<'de> Read<'de> {
         None
     }
 }
-
-/// The longest list that is read: the knots of the largest curve. Longer ones are refused while
-/// they are read, before they take memory that no request needs.
-pub const ITEMS: usize = limits::CONTROL_POINTS + limits::DEGREE + 1;
-
-/// The refusal of a longer list; [`crate::api::json`] knows it by its beginning.
-pub(super) fn too_long<E: serde::de::Error>() -> E {
-    E::custom(format!("{TOO_LONG} {ITEMS} items; the largest curve has as many knots"))
-}
-
-/// How the refusal of a list that is too long begins.
-pub const TOO_LONG: &str = "the list has more than";
 
 /// Reads the items that are left of a list, and all of them where the reader goes on after a fault.
 ///
@@ -300,7 +289,7 @@ macro_rules! names {
         $vis enum $name { $($(#[doc = $vdoc])* $variant),* }
 
         impl $crate::api::writer::Written for $name {
-            fn write_to(&self, writer: &mut $crate::api::writer::Writer) -> Result<(), $crate::api::writer::Unwritten> {
+            fn write_to(&self, writer: &mut $crate::api::writer::Writer) -> Result<(), $crate::api::unwritten::Unwritten> {
                 writer.json(&match self { $($name::$variant => $text),* })
             }
         }

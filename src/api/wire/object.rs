@@ -1,8 +1,5 @@
 //! JSON objects, declared once: the macros, and the variants of a union.
 
-use crate::api::error::{Error, Fault, every};
-use crate::api::wire::schema::Part;
-
 /// Declares a JSON object: `required` or `optional` fields, each with its documentation, its type
 /// and, where the type alone does not say enough, its schema.
 ///
@@ -108,7 +105,7 @@ macro_rules! object_type {
         }
 
         impl $crate::api::writer::Written for $name {
-            fn write_to(&self, writer: &mut $crate::api::writer::Writer) -> Result<(), $crate::api::writer::Unwritten> {
+            fn write_to(&self, writer: &mut $crate::api::writer::Writer) -> Result<(), $crate::api::unwritten::Unwritten> {
                 let mut object = writer.object()?;
                 $(object.optional(stringify!($field), &self.$field)?;)*
                 object.end()
@@ -224,7 +221,7 @@ macro_rules! answer {
         }
 
         impl $crate::api::writer::Written for $name {
-            fn write_to(&self, writer: &mut $crate::api::writer::Writer) -> Result<(), $crate::api::writer::Unwritten> {
+            fn write_to(&self, writer: &mut $crate::api::writer::Writer) -> Result<(), $crate::api::unwritten::Unwritten> {
                 let mut object = writer.object()?;
                 $($crate::write_field!($need object self $field);)*
                 object.end()
@@ -292,77 +289,4 @@ macro_rules! described {
             }
         }
     };
-}
-
-/// The fault of an object without a field it needs.
-pub fn missing(field: &'static str) -> Error {
-    Fault::Missing { field }.into()
-}
-
-/// A variant of a union.
-pub struct Variant {
-    /// The value of the tag.
-    pub text: &'static str,
-    /// The name of its schema.
-    pub schema_name: &'static str,
-    /// Its documentation.
-    pub doc: &'static str,
-    /// The fields it must have.
-    pub required: &'static [&'static str],
-    /// The fields it may have.
-    pub optional: &'static [&'static str],
-    /// Fields of which exactly one is given, with the name of the schema for each choice; mostly
-    /// none.
-    pub either: &'static [(&'static str, &'static str)],
-    /// The fields that it describes otherwise than the union does.
-    pub own: fn() -> Vec<Part>,
-}
-
-impl Variant {
-    /// The names of its schemas, each with the field chosen, where there is a choice.
-    pub(super) fn forms(&self) -> Vec<(&'static str, Option<&'static str>)> {
-        match self.either {
-            [] => vec![(self.schema_name, None)],
-            choices => {
-                choices.iter().map(|(field, schema_name)| (*schema_name, Some(*field))).collect()
-            }
-        }
-    }
-
-    pub(super) fn has(&self, field: &str) -> bool {
-        self.required.contains(&field) || self.optional.contains(&field)
-    }
-
-    /// The fault of an object without its tag.
-    pub fn missing_tag(variants: &[Variant], field: &'static str) -> Error {
-        let values = variants.iter().map(|variant| variant.text).collect::<Vec<_>>().join(", ");
-        Fault::MissingTag { field, values }.into()
-    }
-
-    /// Checks that the fields present are those of variant number `kind`.
-    ///
-    /// # Errors
-    /// [`Fault::ForeignField`] at each such field, [`Fault::Missing`] at the object.
-    pub fn check(
-        variants: &'static [Variant],
-        kind: usize,
-        present: &[&'static str],
-    ) -> Result<(), Error> {
-        let variant = &variants[kind];
-        let foreign = |field: &'static str| {
-            let owners = variants
-                .iter()
-                .filter(|v| v.has(field))
-                .map(|v| v.text)
-                .collect::<Vec<_>>()
-                .join(", ");
-            Error::from(Fault::ForeignField { field, of: variant.text, owners }).at(field)
-        };
-        let foreign = present
-            .iter()
-            .filter(|field| !variant.has(field))
-            .map(|&field| Err::<(), _>(foreign(field)));
-        let absent = variant.required.iter().filter(|field| !present.contains(field));
-        every(absent.map(|field| Err(missing(field))).chain(foreign)).map(drop)
-    }
 }

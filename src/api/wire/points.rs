@@ -9,10 +9,11 @@ use utoipa::openapi::schema::{ArrayBuilder, OneOfBuilder, Ref, Schema};
 
 use crate::api::error::Error;
 use crate::api::number_text::Numbers;
+use crate::api::unwritten::Unwritten;
 use crate::api::wire::field::{Components, Described, Field, number, read_each};
 use crate::api::wire::raw;
 use crate::api::wire::reading::{Read, Reading};
-use crate::api::writer::{Unwritten, Writer, Written};
+use crate::api::writer::{Writer, Written};
 use crate::core::dimensioned::Dimensioned;
 use crate::core::fault::Fault;
 use crate::core::point::Point;

@@ -7,7 +7,7 @@ use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 
 use crate::api::output::{MAGIC, PREFIX};
 use crate::api::problem::Problem;
-use crate::api::wire::field::{ITEMS, too_long};
+use crate::api::wire::length::{ITEMS, too_long};
 use crate::api::wire::reading::Reading;
 use crate::core::point::Point;
 

@@ -1,29 +1,12 @@
 //! The schemas of declared objects.
 
-use std::fmt;
 
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{
     AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type,
 };
 
-use crate::api::wire::object::Variant;
-
-/// A field as the specification describes it.
-pub struct Part {
-    /// Its name.
-    pub name: &'static str,
-    /// Its documentation.
-    pub doc: &'static str,
-    /// Its schema.
-    pub schema: RefOr<Schema>,
-}
-
-impl fmt::Debug for Part {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(self.name)
-    }
-}
+use crate::api::wire::variant::{Part, Variant};
 
 /// The schema of text that is always the same.
 pub fn constant(value: &str) -> ObjectBuilder {

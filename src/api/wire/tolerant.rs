@@ -14,7 +14,8 @@ use serde::de::{
 use serde::forward_to_deserialize_any;
 use serde_json::value::RawValue;
 
-use crate::api::json::shortened;
+use crate::api::problem::FoundFault;
+use crate::api::sentences::shortened;
 use crate::api::wire::failure::Failure;
 use crate::api::wire::reading::{Read, Reading};
 use crate::core::error::GATHERED;
@@ -236,5 +237,10 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for &mut Entries<'_, A> {
         let key = self.key.take().unwrap_or_default().replace('~', "~0").replace('/', "~1");
         let notes = self.notes;
         notes.within(key, || seed.deserialize(Value { text, notes }))
+    }
+}
+impl From<Misfit> for FoundFault {
+    fn from(Misfit { pointer, code, detail, .. }: Misfit) -> Self {
+        FoundFault::unread(pointer, code, detail)
     }
 }

@@ -15,7 +15,7 @@ pub use bezier::Bezier;
 pub use quasi::{Quasi, ShapeParameters};
 pub use shape_matrix::{Properties, ShapeMatrix};
 
-use super::curve::within_degrees;
+use super::check::within_degrees;
 use super::fault::Fault;
 use super::limits;
 use crate::core::context::Context;

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::{Family, ShapeMatrix};
 use crate::core::argument::Argument;
+use crate::core::check::{at_least, at_most};
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate, every};
-use crate::core::fault::{Fault, at_least, at_most};
+use crate::core::fault::Fault;
 use crate::core::limits;
 
 /// The four ways to give a shape matrix.

@@ -1,9 +1,10 @@
 //! B-spline curves.
 
 use super::composite::Composite;
-use super::{valid_points, within_degrees};
+use super::valid_points;
 use crate::core::argument::Argument;
 use crate::core::bezier_form::difference;
+use crate::core::check::within_degrees;
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate};
 use crate::core::fault::Fault;

@@ -1,11 +1,11 @@
 //! The common ground of all curves: polynomial segments in Bezier form, end to end.
 
 use super::BSpline;
+use crate::core::bezier_form::derivative_size;
 use crate::core::bezier_form::{binomials, elevate, hodograph, horner, scaled, unit_of};
 use crate::core::context::Context;
 use crate::core::error::Error;
 use crate::core::fault::Fault;
-use crate::core::gaps::derivative_size;
 use crate::core::knots::Breaks;
 use crate::core::linear::lanes::{self as lanes, LANES, Lanes};
 use crate::core::local::{localized, origin_of, placed};

@@ -13,8 +13,9 @@ pub use single::Single;
 
 use bytemuck::TransparentWrapper;
 
+use super::check::{at_least, at_most};
 use super::error::Error;
-use super::fault::{Fault, at_least, at_most};
+use super::fault::Fault;
 use super::point::Point;
 use crate::core::context::Context;
 use crate::core::linear::lanes::are_finite;
@@ -93,18 +94,6 @@ pub(crate) fn valid_points<const D: usize>(
         "Send the curve in parts",
     )?;
     finite_points(points)
-}
-
-/// Refuses a degree, or an order, that is 0 or above [`DEGREE`](crate::core::limits::DEGREE).
-///
-/// # Errors
-/// [`Fault::OutOfRange`].
-pub fn within_degrees(context: &Context, what: &'static str, value: usize) -> Result<(), Fault> {
-    if (1..=context.limits.degree).contains(&value) {
-        return Ok(());
-    }
-    let allowed = format!("1 <= {what} <= {}", context.limits.degree);
-    Err(Fault::OutOfRange { what, value: value as f64, allowed })
 }
 
 /// Checks that every coordinate is finite.

@@ -1,13 +1,15 @@
 //! Segments joined end to end, sharing a control point at each joint.
 
 use super::composite::Composite;
-use super::{valid_points, within_degrees};
+use super::valid_points;
 use crate::core::argument::Argument;
 use crate::core::basis::{Basis, ShapeMatrix, WayBack};
 use crate::core::bezier_form::elevate;
+use crate::core::check::at_most;
+use crate::core::check::within_degrees;
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate};
-use crate::core::fault::{Fault, at_most};
+use crate::core::fault::Fault;
 use crate::core::knots::Breaks;
 use crate::core::local::{localized, placed};
 use crate::core::point::Point;

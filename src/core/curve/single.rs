@@ -4,9 +4,9 @@ use super::composite::{Composite, single_segment};
 use super::valid_points;
 use crate::core::argument::Argument;
 use crate::core::basis::Basis;
+use crate::core::check::at_most;
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate};
-use crate::core::fault::at_most;
 use crate::core::local::{localized, placed};
 use crate::core::point::Point;
 

@@ -2,8 +2,8 @@
 
 use super::data::Data;
 use super::freedom::Freedom;
+use super::influence::{no_influence, rounding};
 use super::reduced::{Reduced, inner, length};
-use super::shape::{no_influence, rounding};
 use super::{Solved, Solver};
 use crate::core::basis::{AlphaBeta, Basis};
 use crate::core::context::Context;

@@ -2,10 +2,11 @@
 
 use super::Ends;
 use crate::core::argument::Argument;
+use crate::core::check::{at_least, at_most};
 use crate::core::context::Context;
 use crate::core::curve::finite_points;
 use crate::core::error::{Error, Locate, every};
-use crate::core::fault::{Fault, at_least, at_most};
+use crate::core::fault::Fault;
 use crate::core::point::Point;
 
 /// Points, weights and what happens at the ends.

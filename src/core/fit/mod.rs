@@ -19,6 +19,7 @@ mod descent;
 mod feet;
 mod fewest;
 mod freedom;
+mod influence;
 mod local;
 mod measure;
 mod near;

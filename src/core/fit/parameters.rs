@@ -3,9 +3,10 @@
 use super::Ends;
 use super::data::Data;
 use crate::core::argument::Argument;
+use crate::core::check::increasing;
 use crate::core::domain::Domain;
 use crate::core::error::{Error, Locate, both};
-use crate::core::fault::{Fault, increasing};
+use crate::core::fault::Fault;
 use crate::core::parameterization::Parameterization;
 
 /// Parameters of a fit. Unlike the knots of an interpolant they may repeat.

@@ -4,9 +4,10 @@ use super::problem::Problem;
 use super::spline::CubicSpline;
 use super::through::through;
 use crate::core::argument::Argument;
+use crate::core::check::at_most;
 use crate::core::context::Context;
 use crate::core::error::Error;
-use crate::core::fault::{Fault, at_most};
+use crate::core::fault::Fault;
 
 /// After so many rounds every segment is split, so that the rounds that follow are few.
 const PATIENCE: usize = 40;

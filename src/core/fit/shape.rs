@@ -7,11 +7,13 @@ use super::quasi::ShapeFit;
 use super::{Family, Solver};
 use crate::core::argument::Argument;
 use crate::core::basis::{AlphaBeta, Basis};
+use crate::core::check::at_most;
+use crate::core::check::within_degrees;
 use crate::core::context::Context;
-use crate::core::curve::{valid_points, within_degrees};
+use crate::core::curve::valid_points;
 use crate::core::error::{Error, Locate};
-use crate::core::fault::{Fault, at_most};
-use crate::core::point::{Point, magnitude};
+use crate::core::fault::Fault;
+use crate::core::point::Point;
 
 /// The solver for the shape of this family.
 ///
@@ -83,18 +85,4 @@ pub(super) fn check_degree(context: &Context, degree: usize, order: usize) -> Re
     }
     let allowed = format!("degree >= order = {order}");
     Err(Fault::OutOfRange { what: "degree", value: degree as f64, allowed })
-}
-
-/// Below this, differences between the curves of two shapes are rounding.
-pub(super) fn rounding<const D: usize>(norm: f64, polygon: &[Point<D>]) -> f64 {
-    64.0 * f64::EPSILON * norm * magnitude(polygon)
-}
-
-/// The error where the shape parameter does not move the curve at any data parameter.
-pub(super) fn no_influence(parameter: &str) -> Error {
-    let why = format!(
-        "{parameter} has no influence on the curve of this control polygon at the data's parameters, so the data cannot determine it; \
-         use other control points, or seek the control points instead"
-    );
-    Fault::RankDeficient(why).at(Argument::ControlPoints).at(Argument::Solve)
 }

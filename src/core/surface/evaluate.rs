@@ -2,10 +2,11 @@
 
 use super::{Direction, Patch, Surface};
 use crate::core::argument::Argument;
+use crate::core::bezier_form::derivative_size;
+use crate::core::check::{at_least, at_most};
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate, both, every};
-use crate::core::fault::{Fault, at_least, at_most};
-use crate::core::gaps::derivative_size;
+use crate::core::fault::Fault;
 use crate::core::point::Point;
 
 /// Where to sample.

@@ -12,10 +12,11 @@ pub use tessellate::{Mesh, tessellate};
 
 use super::argument::Argument;
 use super::basis::Basis;
+use super::check::{at_least, at_most};
 use super::curve::finite_points;
 use super::domain::Domain;
 use super::error::{Error, Locate};
-use super::fault::{Fault, at_least, at_most};
+use super::fault::Fault;
 use super::point::Point;
 use crate::core::context::Context;
 

@@ -3,10 +3,11 @@
 use super::{Direction, Patch, Surface};
 use crate::core::argument::Argument;
 use crate::core::basis::{Basis, Bezier};
+use crate::core::check::{at_most, increasing};
 use crate::core::context::Context;
 use crate::core::domain::Domain;
 use crate::core::error::{Error, Locate, both};
-use crate::core::fault::{Fault, at_most, increasing};
+use crate::core::fault::Fault;
 use crate::core::limits;
 use crate::core::point::Point;
 use crate::core::subdivide::Form;

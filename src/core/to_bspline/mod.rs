@@ -12,9 +12,10 @@ mod spline;
 
 use super::argument::Argument;
 use super::bezier_form::split;
+use super::check::at_most;
 use super::curve::{BSpline, Composite, Curve, Segment};
 use super::error::{Error, Locate};
-use super::fault::{Fault, at_most};
+use super::fault::Fault;
 use super::point::Point;
 use crate::core::context::Context;
 use smooth::Knot;

@@ -16,7 +16,7 @@ use tower::ServiceExt;
 use super::App;
 use super::progress::{Phase, Progress};
 use crate::http::batch::Streaming;
-use crate::http::observe::{REQUEST_ID, RequestId};
+use crate::http::request_id::{REQUEST_ID, RequestId};
 use crate::server::Stage;
 
 /// The app, told of the phases.

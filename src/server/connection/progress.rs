@@ -9,7 +9,7 @@ use tokio::time::Instant;
 
 use super::PARTING;
 use crate::http::metrics::{Metrics, Reason};
-use crate::http::observe::RequestId;
+use crate::http::request_id::RequestId;
 use crate::server::config::Config;
 
 /// The limits of each phase of a connection.

@@ -10,7 +10,7 @@ use tokio::sync::mpsc;
 use tokio::time::advance;
 
 use super::*;
-use crate::http::observe::REQUEST_ID;
+use crate::http::request_id::REQUEST_ID;
 
 const LONG: usize = 100_000;
 const REQUEST: &[u8] = b"GET / HTTP/1.1\r\nHost: a\r\n\r\n";
