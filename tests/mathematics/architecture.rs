@@ -29,9 +29,13 @@ const FORBIDDEN: &[&str] = &[
     "eprintln!",
 ];
 
+/// The files of a folder, but for those that are compiled for tests alone.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
+    entries
+        .filter(|path| !path.ends_with("tests.rs"))
+        .flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] })
+        .collect()
 }
 
 /// The lines of a file without its test module and its comments.
