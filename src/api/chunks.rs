@@ -8,6 +8,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use crate::api::memory::{Memory, Reservation};
+use crate::api::side::{Run, Side};
 use crate::core::context::Context;
 
 /// The size of a chunk. An answer within one chunk is not counted against the budget.
@@ -23,7 +24,7 @@ pub struct Buffer {
     budget: Arc<dyn Memory>,
     context: Context,
     reservation: Option<Reservation>,
-    threads: usize,
+    side: Option<Side>,
 }
 
 /// Why writing stopped.
@@ -68,18 +69,18 @@ impl Buffer {
             budget,
             context,
             reservation: None,
-            threads: 1,
+            side: None,
         }
     }
 
-    /// The same, to be written with so many threads at once.
-    pub fn with_threads(self, threads: usize) -> Self {
-        Buffer { threads, ..self }
+    /// The same, in whose text long lists are written in so many parts at once, by `run`.
+    pub fn side_by_side(self, parts: usize, run: Run) -> Self {
+        Buffer { side: (parts > 1).then_some(Side { parts, run }), ..self }
     }
 
-    /// How many threads may write parts of it at once.
-    pub fn threads(&self) -> usize {
-        self.threads
+    /// How parts of it are written at once; if at all.
+    pub fn side(&self) -> Option<Side> {
+        self.side
     }
 
     /// Another blank chunk, paid from the same budget.
@@ -91,7 +92,7 @@ impl Buffer {
             budget,
             context,
             reservation: None,
-            threads: self.threads,
+            side: self.side,
         }
     }
 

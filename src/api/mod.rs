@@ -16,6 +16,7 @@ pub mod problem;
 pub mod reader;
 pub mod rounded;
 pub mod sentences;
+pub mod side;
 pub mod specification;
 pub mod unwritten;
 pub mod wire;

@@ -1,11 +1,11 @@
 //! Lists of numbers and of points, written in one go.
 
 use std::io::{self, Write};
-use std::thread;
 
 use crate::api::chunks::{Buffer, Stopped};
 use crate::api::output::{Format, Layout, Precision};
 use crate::api::rounded::{Block, LANES, ROOM, Rounding};
+use crate::api::side::{Part, Run};
 use crate::api::unwritten::{Unwritten, not_finite};
 use crate::core::linear::lanes::are_finite;
 
@@ -18,7 +18,7 @@ pub struct Numbers<'a> {
     pub values: &'a [f64],
 }
 
-/// As many numbers as are worth another thread: their text takes some hundred microseconds, a
+/// As many numbers as are worth a part of their own: their text takes some hundred microseconds, a
 /// thread some ten.
 const WORTH: usize = 8_192;
 /// What a number takes in JSON, mostly; with its comma.
@@ -58,7 +58,7 @@ impl Numbers<'_> {
         Ok(())
     }
 
-    /// Writes the list as JSON; a long one on several threads, each its part.
+    /// Writes the list as JSON; a long one in several parts at once, where the buffer allows.
     pub fn write_json(
         &self,
         format: Format,
@@ -66,33 +66,51 @@ impl Numbers<'_> {
         buffer: &mut Buffer,
     ) -> Result<(), Unwritten> {
         buffer.write_all(b"[")?;
-        let threads = buffer.threads().min(self.values.len() / WORTH);
-        if threads < 2 {
-            number_text.write(*self, format, buffer)?;
-            return buffer.write_all(b"]").map_err(Unwritten::from);
+        let worth = self.values.len() / WORTH;
+        match buffer.side() {
+            Some(side) if worth > 1 => {
+                self.write_parts(side.parts.min(worth), side.run, format, number_text, buffer)?;
+            }
+            _ => number_text.write(*self, format, buffer)?,
         }
-        let part = |values| Numbers { values, ..*self };
-        let mut parts =
-            self.values.chunks(self.rows().div_ceil(threads) * self.columns.max(1)).map(part);
-        let first = parts.next().unwrap_or(part(&[]));
-        thread::scope(|scope| {
-            let mut others = Vec::new();
-            for part in parts {
-                let mut own = buffer.paid_sibling()?;
-                let spawned = thread::Builder::new().spawn_scoped(scope, move || {
-                    own.write_all(b",")?;
-                    NumberText::default().write(part, format, &mut own).map(|()| own.finish())
-                });
-                others.push(spawned.map_err(|_| io::Error::other(Stopped::NoRoom))?);
-            }
-            number_text.write(first, format, buffer)?;
-            for other in others {
-                buffer
-                    .append(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
-            }
-            buffer.write_all(b"]").map_err(Unwritten::from)
-        })
+        buffer.write_all(b"]").map_err(Unwritten::from)
     }
+
+    /// The first part goes to the buffer, each other to one of its own, which is then added.
+    fn write_parts(
+        &self,
+        parts: usize,
+        run: Run,
+        format: Format,
+        number_text: &mut NumberText,
+        buffer: &mut Buffer,
+    ) -> Result<(), Unwritten> {
+        let part = |values| Numbers { values, ..*self };
+        let size = self.rows().div_ceil(parts) * self.columns.max(1);
+        let mut parts = self.values.chunks(size).map(part);
+        let first = parts.next().unwrap_or(part(&[]));
+        let own = |part| buffer.paid_sibling().map(|own| (part, own, Ok(())));
+        let mut others = parts.map(own).collect::<io::Result<Vec<_>>>()?;
+        let mut written = Ok(());
+        let write_first = || written = number_text.write(first, format, buffer);
+        let mut jobs: Vec<Part> = vec![Box::new(write_first)];
+        for (part, own, written) in &mut others {
+            jobs.push(Box::new(move || *written = write_other(*part, format, own)));
+        }
+        run(jobs).map_err(|_| io::Error::other(Stopped::NoRoom))?;
+        written?;
+        for (_, own, written) in others {
+            written?;
+            buffer.append(own.finish());
+        }
+        Ok(())
+    }
+}
+
+/// A part that is not the first, with the comma before it.
+fn write_other(part: Numbers, format: Format, own: &mut Buffer) -> Result<(), Unwritten> {
+    own.write_all(b",")?;
+    NumberText::default().write(part, format, own)
 }
 
 /// What it takes to turn numbers to text; made once for many lists.
@@ -254,16 +272,22 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::api::memory;
+    use crate::api::memory::{self, NoRoom};
     use crate::core::context::Context;
+
+    /// One after the other, the last first.
+    fn backwards(parts: Vec<Part>) -> Result<(), NoRoom> {
+        parts.into_iter().rev().for_each(|part| part());
+        Ok(())
+    }
 
     fn values(count: usize) -> Vec<f64> {
         (0..count).map(|i| (i as f64 * 0.7).sin() * 10f64.powi(i as i32 % 40 - 20)).collect()
     }
 
-    fn written(columns: usize, values: &[f64], format: Format, threads: usize) -> Vec<u8> {
+    fn written(columns: usize, values: &[f64], format: Format, parts: usize) -> Vec<u8> {
         let budget = memory::limited(1 << 30);
-        let mut buffer = Buffer::new(&Context::default(), &budget).with_threads(threads);
+        let mut buffer = Buffer::new(&Context::default(), &budget).side_by_side(parts, backwards);
         Numbers { columns, values }
             .write_json(format, &mut NumberText::default(), &mut buffer)
             .unwrap();
@@ -271,25 +295,25 @@ mod tests {
     }
 
     #[test]
-    fn a_list_is_what_serde_json_writes_however_many_write_it() {
+    fn a_list_is_what_serde_json_writes_in_however_many_parts() {
         for rows in [1, 2, 3 * WORTH, 100_000] {
             let values = values(3 * rows);
             let nested: Vec<&[f64]> = values.chunks(3).collect();
             let (nested, flat) =
                 (serde_json::to_vec(&nested).unwrap(), serde_json::to_vec(&values).unwrap());
-            for threads in [1, 2, 3, 7] {
+            for parts in [1, 2, 3, 7] {
                 let flattened = Format { layout: Layout::Flat, ..Format::default() };
                 assert!(
-                    written(3, &values, Format::default(), threads) == nested,
-                    "{rows} rows, {threads} threads"
+                    written(3, &values, Format::default(), parts) == nested,
+                    "{rows} rows, {parts} parts"
                 );
                 assert!(
-                    written(3, &values, flattened, threads) == flat,
-                    "{rows} rows, {threads} threads"
+                    written(3, &values, flattened, parts) == flat,
+                    "{rows} rows, {parts} parts"
                 );
                 assert!(
-                    written(0, &values, Format::default(), threads) == flat,
-                    "{rows} rows, {threads} threads"
+                    written(0, &values, Format::default(), parts) == flat,
+                    "{rows} rows, {parts} parts"
                 );
             }
         }
@@ -318,12 +342,21 @@ mod tests {
     }
 
     #[test]
-    fn a_budget_that_is_spent_ends_a_list_of_many_threads() {
+    fn a_budget_that_is_spent_ends_a_list_of_many_parts() {
         let budget = memory::limited(0);
-        let mut buffer = Buffer::new(&Context::default(), &budget).with_threads(2);
+        let mut buffer = Buffer::new(&Context::default(), &budget).side_by_side(2, backwards);
         let numbers = Numbers { columns: 3, values: &values(300_000) };
         assert!(
             numbers.write_json(Format::default(), &mut NumberText::default(), &mut buffer).is_err()
         );
+    }
+
+    #[test]
+    fn parts_that_cannot_run_end_the_list() {
+        let mut buffer =
+            Buffer::new(&Context::default(), &memory::unlimited()).side_by_side(2, |_| Err(NoRoom));
+        let numbers = Numbers { columns: 0, values: &values(2 * WORTH) };
+        let found = numbers.write_json(Format::default(), &mut NumberText::default(), &mut buffer);
+        assert_eq!(found.unwrap_err().to_string(), Stopped::NoRoom.to_string());
     }
 }

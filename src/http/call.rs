@@ -27,6 +27,7 @@ use crate::api::output::{Format, RAW};
 use crate::api::problem::Problem;
 use crate::api::wire::{Reading, raw};
 use crate::core::context::Context;
+use crate::http::threads;
 
 /// Answers a request to an operation.
 pub async fn answer<O: Operation>(service: Arc<Service>, request: Request) -> Response {
@@ -79,7 +80,7 @@ impl Computation {
         let written =
             move |context: &Context, request: O::Request, body: &[u8]| -> Result<Chunks, Problem> {
                 let mut buffer = Buffer::new(context, &written_by.memory)
-                    .with_threads(1 + written_by.pool.idle());
+                    .side_by_side(1 + written_by.pool.idle(), threads::run);
                 O::answer(context, request)
                     .map_err(|error| json::refused(error, body))?
                     .write(format, &mut buffer)?;

@@ -24,6 +24,7 @@ pub mod refusal;
 pub mod request_id;
 pub mod service;
 pub mod settings;
+mod threads;
 pub mod traces;
 
 use std::sync::{Arc, OnceLock};

@@ -74,6 +74,19 @@ fn the_core_has_no_way_to_panic_on_purpose() {
     assert!(found.is_empty(), "{found:#?}");
 }
 
+/// Whoever calls the contract decides where it runs.
+#[test]
+fn the_contract_starts_no_threads() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src"));
+    let files = ["api", "draw"].into_iter().flat_map(|floor| sources(&root.join(floor)));
+    let lines = files.filter(|path| path.extension().is_some_and(|it| it == "rs"));
+    let lines: Vec<_> = lines.flat_map(|path| code(&path)).collect();
+    assert!(lines.len() > 5_000, "found only {} lines", lines.len());
+    let starts = |line: &str| line.contains("thread::") || line.contains("rayon");
+    let found: Vec<_> = lines.iter().filter(|(_, line)| starts(line)).collect();
+    assert!(found.is_empty(), "{found:#?}");
+}
+
 /// Cargo holds the floors apart by features; this also where all of them are built.
 #[test]
 fn no_floor_imports_from_above() {
