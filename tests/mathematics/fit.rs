@@ -1,4 +1,4 @@
-//! Fits, against a reference in 60 digits and against what is known of their results.
+//! Fits, against exact solutions and against what is known of their results.
 
 use serde_json::Value;
 use springline::core::basis::{
@@ -151,7 +151,7 @@ mod vectors {
     }
 
     #[test]
-    fn control_points_and_errors_agree_with_60_digits() {
+    fn control_points_and_errors_agree_with_exact_ones() {
         let cases: Value = serde_json::from_str(include_str!("../vectors/fit.json")).unwrap();
         let spatial = |case: &Value| case["points"][0].as_array().unwrap().len() == 3;
         let deviations =

@@ -1,4 +1,4 @@
-//! The core against results of a 60-digit reference, rounded to the nearest double.
+//! The core against exact results, rounded to the nearest double (tests/vectors/README.md).
 
 use crate::laws::{at, cases, control_points, domain, jets, numbers, parse, points};
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! The reference vectors, computed with 60 digits, through the real server.
+//! The reference vectors, exact results rounded once, through the real server.
 
 use crate::support::*;
 use serde_json::{Value, json};

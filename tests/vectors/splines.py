@@ -1,42 +1,27 @@
-#!/usr/bin/env python3
-"""Makes knots.json and far.json, in this directory: what B-splines and far-away curves must give.
+"""Makes knots.json and far.json: what B-splines and far-away curves must give.
 
-Exact: every double of a curve is taken as the rational number it is, and all arithmetic is that of `fractions`; results are
-rounded to the nearest double once, at the end. Nothing but the definitions is used: the recursion of de Boor and its
-blossom (Ramshaw 1987), differences for derivatives, Cheng et al. 2021 eq. (3) for Beta-Bezier. No library beyond Python's own.
-
-    python3 tests/vectors/splines.py
+Nothing but the definitions is used: the recursion of de Boor and its blossom (Ramshaw 1987), knot
+insertion (Boehm 1980), differences for derivatives, and the families of exact.py.
 """
 
-import json
-import math
-import os
 import random
-from decimal import Decimal, getcontext
 from fractions import Fraction as F
 
-getcontext().prec = 60
-HERE = os.path.dirname(os.path.abspath(__file__))
-
-
-def exact(points):
-    return [[F(x) for x in p] for p in points]
-
-
-def rounded(points):
-    return [[float(x) for x in p] for p in points]
-
-
-def lerp(p, q, u):
-    return [a + u * (b - a) for a, b in zip(p, q)]
-
-
-def difference(p, q, factor):
-    return [factor * (b - a) for a, b in zip(p, q)]
-
-
-def largest(p):
-    return max(abs(x) for x in p)
+from exact import (
+    bezier_jet,
+    bezier_of,
+    cross,
+    decimal,
+    difference,
+    dot,
+    dyadic_matrix,
+    exact,
+    largest,
+    lerp,
+    polygon,
+    root,
+    rounded,
+)
 
 
 # ---- B-splines
@@ -64,118 +49,139 @@ def span_at(degree, knots, t):
 def derived(degree, knots, points):
     def vector(i):
         length = knots[i + degree + 1] - knots[i + 1]
-        return difference(points[i], points[i + 1], degree / length) if length else [F(0)] * len(points[0])
+        zero = [F(0)] * len(points[0])
+        return difference(points[i], points[i + 1], degree / length) if length else zero
+
     return degree - 1, knots[1:-1], [vector(i) for i in range(len(points) - 1)]
 
 
 def on_knots(degree, knots, points, new):
-    """The control points on other knots, each blossom from a span that has the most of its arguments."""
+    """The control points on other knots, each blossom from a span that has the most of its
+    arguments."""
     known = {tuple(knots[i + 1:i + degree + 1]): point for i, point in enumerate(points)}
 
     def point(i):
         arguments = new[i + 1:i + degree + 1]
         if tuple(arguments) in known:
             return known[tuple(arguments)]
-        inside = [s for s in spans(degree, knots) if any(new[k] <= knots[s] < new[k + 1] for k in range(i, i + degree + 1))]
+        support = range(i, i + degree + 1)
+        reaches = lambda s: any(new[k] <= knots[s] < new[k + 1] for k in support)
         middle = sum(arguments) / degree
-        span = min(inside, key=lambda s: abs((knots[s] + knots[s + 1]) / 2 - middle))
+        off = lambda s: abs((knots[s] + knots[s + 1]) / 2 - middle)
+        span = min(filter(reaches, spans(degree, knots)), key=off)
         return blossom(degree, knots, points, span, arguments)
+
     return [point(i) for i in range(len(new) - degree - 1)]
 
 
 def inserted(degree, knots, points, t):
     """One copy of a knot more (Boehm 1980)."""
     k = max(i for i in range(len(knots)) if knots[i] <= t)
-    new = []
-    for i in range(len(points) + 1):
-        low, high = (knots[i], knots[i + degree]) if i + degree < len(knots) else (t, t + 1)
-        a = 1 if i <= k - degree else 0 if i > k else (t - low) / (high - low)
-        new.append(points[0] if i == 0 else points[-1] if i == len(points) else lerp(points[i - 1], points[i], a))
+    first = max(k - degree + 1, 1)
+    last = min(k, len(points) - 1)
+
+    def between(i):
+        low, high = knots[i], knots[i + degree]
+        return lerp(points[i - 1], points[i], (t - low) / (high - low))
+
+    new = points[:first] + [between(i) for i in range(first, last + 1)] + points[last:]
     return knots[:k + 1] + [t] + knots[k + 1:], new
+
+
+def clamped(degree, knots, points):
+    """The same curve on knots that repeat its ends, without what lies beyond them."""
+    a, b = knots[degree], knots[-degree - 1]
+    for t in (a, b):
+        while knots.count(t) < degree:
+            knots, points = inserted(degree, knots, points, t)
+    first = len(knots) - knots[::-1].index(a) - 1 - degree
+    knots = [a] * (degree + 1) + [t for t in knots if a < t < b] + [b] * (degree + 1)
+    return knots, points[first:first + len(knots) - degree - 1]
 
 
 def spline(curve):
     return curve["degree"], [F(t) for t in curve["knots"]], exact(curve["control_points"])
 
 
-def random_spline(rng, degree, ratio, multiplicities, clamped=True, size=1.0):
-    """Spans whose lengths are powers of the ratio apart, with knots of these multiplicities between them."""
+def random_spline(rng, degree, ratio, multiplicities, ends_clamped=True, dimension=2):
+    """Spans whose lengths are powers of the ratio apart, with knots of these multiplicities between
+    them."""
     t, knots = rng.uniform(-1, 1), []
     for i, copies in enumerate(multiplicities):
         t += (1.0 if i % 2 else 1.0 / ratio) * rng.uniform(0.5, 1.0)
         knots += [t] * copies
     end = t + rng.uniform(0.5, 1.0)
     start = knots[0] - rng.uniform(0.3, 1.0) if knots else end - 1.0
-    if clamped:
+    if ends_clamped:
         knots = [start] * (degree + 1) + knots + [end] * (degree + 1)
     else:
-        before, after, t = [start], [end], start
+        before, after = [start], [end]
         for _ in range(degree):
             before.insert(0, before[0] - rng.choice([1.0, 1.0 / ratio]) * rng.uniform(0.2, 1.0))
             after.append(after[-1] + rng.choice([1.0, 1.0 / ratio]) * rng.uniform(0.2, 1.0))
         knots = before + knots + after
-    count = len(knots) - degree - 1
-    points = [[rng.uniform(-size, size), rng.uniform(-size, size)] for _ in range(count)]
+    points = polygon(rng, len(knots) - degree - 1, dimension)
     return {"family": "bspline", "degree": degree, "knots": knots, "control_points": points}
-
-
-def clamped_knots(degree, knots):
-    a, b = knots[degree], knots[-degree - 1]
-    return [a] * (degree + 1) + [t for t in knots if a < t < b] + [b] * (degree + 1)
 
 
 def knot_cases():
     rng = random.Random(20130)
     cases = []
 
-    def add(kind, curve, new, points=None):
-        degree, knots, exact_points = spline(curve)
-        expected = on_knots(degree, knots, exact_points, new) if points is None else points
-        cases.append({"kind": kind, "curve": curve, "knots": [float(t) for t in new], "control_points": rounded(expected)})
+    def add(kind, curve, new, points):
+        cases.append({
+            "kind": kind,
+            "curve": curve,
+            "knots": [float(t) for t in new],
+            "control_points": rounded(points),
+        })
 
     for degree in range(1, 26):
         for ratio in [1.0, 1e2, 1e4, 1e6]:
-            mixed = [rng.randint(1, min(degree, 3)) if rng.random() < 0.5 else 1 for _ in range(rng.randint(2, 5))]
+            some = lambda: rng.randint(1, min(degree, 3)) if rng.random() < 0.5 else 1
+            mixed = [some() for _ in range(rng.randint(2, 5))]
             curve = random_spline(rng, degree, ratio, mixed)
-            add("minimal", curve, [F(t) for t in curve["knots"]], exact(curve["control_points"]))
-            curve = random_spline(rng, degree, ratio, mixed, clamped=False)
-            add("open", curve, clamped_knots(degree, [F(t) for t in curve["knots"]]))
+            add("minimal", curve, *spline(curve)[1:])
+            curve = random_spline(rng, degree, ratio, mixed, ends_clamped=False)
+            add("open", curve, *clamped(*spline(curve)))
         # One copy too many of one knot: it goes, the others stay.
         curve = random_spline(rng, degree, 10.0, [1, min(degree, 2), 1])
         degree, knots, points = spline(curve)
         t = knots[degree + 2]
         if knots.count(t) < degree:
             more, points_more = inserted(degree, knots, points, t)
-            redundant = dict(curve, knots=[float(x) for x in more], control_points=rounded(points_more))
+            redundant = dict(
+                curve, knots=[float(x) for x in more], control_points=rounded(points_more)
+            )
             add("redundant", redundant, knots, points)
         # Simple knots at equal distances inside, clamped at the ends, to uniform ones.
         if degree <= 9:
-            inner = [F(i) for i in range(1, 6)]
-            knots = [0.0] * (degree + 1) + [float(t) for t in inner] + [6.0] * (degree + 1)
-            points = [[rng.uniform(-1, 1), rng.uniform(-1, 1)] for _ in range(degree + 6)]
-            curve = {"family": "bspline", "degree": degree, "knots": knots, "control_points": points}
-            add("uniform", curve, [F(i) for i in range(-degree, 7 + degree)])
+            inner = [float(i) for i in range(1, 6)]
+            curve = {
+                "family": "bspline",
+                "degree": degree,
+                "knots": [0.0] * (degree + 1) + inner + [6.0] * (degree + 1),
+                "control_points": polygon(rng, degree + 6, 2),
+            }
+            uniform = [F(i) for i in range(-degree, 7 + degree)]
+            add("uniform", curve, uniform, on_knots(*spline(curve), uniform))
     return cases
 
 
 # ---- curves far from the origin
 
 
-def bernstein_jet(points, u, length, orders):
-    """Derivatives of a Bezier segment at u, and how large each can be by the size of the segment."""
-    degree = len(points) - 1
-    size = max(largest(difference(points[0], p, F(1))) for p in points)
-    jet, scales, q = [], [], points
-    for k in range(orders + 1):
-        if k:
-            size = size * 2 * max(degree + 1 - k, 0) / length
-            q = [difference(a, b, (degree + 1 - k) / length) for a, b in zip(q, q[1:])]
-        here = list(q) or [[F(0)] * len(points[0])]
-        while len(here) > 1:
-            here = [lerp(a, b, u) for a, b in zip(here, here[1:])]
-        jet.append(here[0])
-        scales.append(size)
-    return jet, scales
+def size(points):
+    """How far points lie from the first one."""
+    return max(largest(difference(points[0], p, F(1))) for p in points)
+
+
+def bezier_scales(points, length, orders):
+    """How large each derivative can be by the size of the segment."""
+    degree, scales = len(points) - 1, [size(points)]
+    for k in range(orders):
+        scales.append(scales[-1] * 2 * max(degree - k, 0) / length)
+    return scales
 
 
 def spline_jet(degree, knots, points, t, orders):
@@ -193,137 +199,108 @@ def spline_jet(degree, knots, points, t, orders):
             if k == 1:
                 sizes = [largest(v) for v in points]
             else:
-                gain = lambda i: old[1] / (old[0][i + old[1] + 1] - old[0][i + 1])
-                support = lambda i: old[0][i + old[1] + 1] > old[0][i + 1]
-                sizes = [(sizes[i] + sizes[i + 1]) * gain(i) if support(i) else F(0) for i in range(len(points))]
-        local = points[span - degree:span + 1]
-        scales.append(max(sizes[span - degree:span + 1]) if k else max(largest(difference(local[0], p, F(1))) for p in local))
+                support = lambda i: old[0][i + old[1] + 1] - old[0][i + 1]
+                gain = lambda i: old[1] / support(i) if support(i) else F(0)
+                sizes = [(a + b) * gain(i) for i, (a, b) in enumerate(zip(sizes, sizes[1:]))]
+        local = slice(span - degree, span + 1)
+        scales.append(max(sizes[local]) if k else size(points[local]))
         jet.append(blossom(degree, knots, points, span, [t] * degree))
     return jet, scales
 
 
-def beta_matrix(n, beta):
-    """Cheng et al. 2021 eq. (3): column k multiplies linear factors in Bernstein form."""
-    columns = []
-    for k in range(n + 1):
-        factors = [(1 + i * beta, i * beta) for i in range(n - k)] + [(j * beta, 1 + j * beta) for j in range(k)]
-        product = [F(1)]
-        for m, (at0, at1) in enumerate(factors):
-            product = [(product[i] * at0 if i < len(product) else 0) + (product[i - 1] * at1 if i else 0) for i in range(len(product) + 1)]
-            product = [x / (1 + m * beta) for x in product]
-        columns.append([product[i] * math.comb(n, k) / math.comb(n, i) for i in range(n + 1)])
-    return [[columns[k][i] for k in range(n + 1)] for i in range(n + 1)]
-
-
-def applied(matrix, points):
-    return [[sum(m * p[axis] for m, p in zip(row, points)) for axis in range(len(points[0]))] for row in matrix]
-
-
-def dyadic_matrix(rng, order, degree):
-    """Rows of multiples of 1/64 that sum to 1 exactly, unit rows at the ends."""
-    rows = []
-    for i in range(degree + 1):
-        cuts = sorted(rng.randint(0, 64) for _ in range(order))
-        row = [(b - a) / 64 for a, b in zip([0] + cuts, cuts + [64])]
-        if i in (0, degree):
-            row = [float(j == (0 if i == 0 else order)) for j in range(order + 1)]
-        rows.append(row)
-    return rows
-
-
-def matrix_of(basis, order):
-    if basis["family"] == "beta-bezier":
-        return beta_matrix(order, F(basis["beta"]))
-    if basis["family"] == "alpha-beta-bezier":
-        s = F(basis["alpha"]) * F(basis["beta"]) / 3
-        return [[1, 0, 0, 0], [1 - s, s, 0, 0], [0, 0, s, 1 - s], [0, 0, 0, 1]]
-    if basis["family"] == "quasi-bezier":
-        return [[F(m) for m in row] for row in basis["shape"]["rows"]]
-    return None
-
-
-def bezier_of(basis, points):
-    matrix = matrix_of(basis, len(points) - 1)
-    return applied(matrix, points) if matrix else points
-
-
-def decimal(x):
-    return Decimal(x.numerator) / Decimal(x.denominator)
-
-
-def cross(a, b):
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def dot(a, b):
-    return sum(x * y for x, y in zip(a, b))
+def curvature(jet):
+    """Signed in the plane, to 60 digits; None at a standstill."""
+    first, second = jet[1:3]
+    speed = root(dot(first, first))
+    if not speed:
+        return None
+    if len(first) == 2:
+        return decimal(first[0] * second[1] - first[1] * second[0]) / speed ** 3
+    area = cross(first, second)
+    return root(dot(area, area)) / speed ** 3
 
 
 def shape(jet):
     """Speed, curvature, torsion."""
-    first, second, third = jet[1:4]
-    speed = decimal(dot(first, first)).sqrt()
+    speed = root(dot(jet[1], jet[1]))
     if not speed:
         return None
-    if len(first) == 2:
-        return [float(speed), float(decimal(first[0] * second[1] - first[1] * second[0]) / speed ** 3)]
-    area = cross(first, second)
-    square = dot(area, area)
-    curvature = float(decimal(square).sqrt() / speed ** 3)
-    return [float(speed), curvature] + ([float(decimal(dot(area, third) / square))] if square else [])
+    found = [float(speed), float(curvature(jet))]
+    if len(jet[1]) == 3:
+        area = cross(jet[1], jet[2])
+        square = dot(area, area)
+        found += [float(decimal(dot(area, jet[3]) / square))] if square else []
+    return found
+
+
+PLACES = [
+    (2, 1e-6, (1e6, -1e6)),
+    (3, 1e-6, (1e6, 7e5, -1e6)),
+    (2, 1.0, (-4e5, 3.0)),
+    (3, 1e-3, (0.0, 2e6, 5.0)),
+]
 
 
 def far_cases():
     rng = random.Random(10662)
     cases = []
 
-    def polygon(count, dimension, size, place):
-        return [[place[k] + size * rng.uniform(-1, 1) for k in range(dimension)] for _ in range(count)]
-
     def add(curve, jets):
-        samples = []
-        for t, (jet, scales) in jets:
-            samples.append({"parameter": t, "jet": rounded(jet), "scales": [float(s) for s in scales], "shape": shape(jet)})
-        cases.append({"curve": curve, "samples": samples})
+        sample = lambda t, jet, scales: {
+            "parameter": t,
+            "jet": rounded(jet),
+            "scales": [float(s) for s in scales],
+            "shape": shape(jet),
+        }
+        cases.append({"curve": curve, "samples": [sample(t, *jet) for t, jet in jets]})
+
+    def segment_jet(points, t, a, b):
+        t, a, b = F(t), F(a), F(b)
+        jet = bezier_jet(points, (t - a) / (b - a), b - a, 3)
+        return jet, bezier_scales(points, b - a, 3)
 
     for degree in range(1, 13):
-        for dimension, size, place in [(2, 1e-6, (1e6, -1e6)), (3, 1e-6, (1e6, 7e5, -1e6)), (2, 1.0, (-4e5, 3.0)), (3, 1e-3, (0.0, 2e6, 5.0))]:
-            bases = [{"family": "bezier"}, {"family": "beta-bezier", "beta": rng.choice([0.125, 0.3, 1.0, 2.7])},
-                     {"family": "quasi-bezier", "shape": {"kind": "matrix", "rows": dyadic_matrix(rng, degree, degree + rng.randint(0, 1))}}]
+        for dimension, spread, place in PLACES:
+            beta = rng.choice([0.125, 0.3, 1.0, 2.7])
+            rows = dyadic_matrix(rng, degree, degree + rng.randint(0, 1))
+            bases = [
+                {"family": "bezier"},
+                {"family": "beta-bezier", "beta": beta},
+                {"family": "quasi-bezier", "shape": {"kind": "matrix", "rows": rows}},
+            ]
             if degree == 3:
-                bases.append({"family": "alpha-beta-bezier", "alpha": 0.75, "beta": rng.uniform(0.3, 2)})
+                beta = rng.uniform(0.3, 2)
+                bases.append({"family": "alpha-beta-bezier", "alpha": 0.75, "beta": beta})
             for basis in bases:
                 length = basis.get("alpha", 1.0)
                 ts = [0.0, 0.37 * length, 0.8125 * length, length]
-                curve = dict(basis, control_points=polygon(degree + 1, dimension, size, place))
-                points = bezier_of(basis, exact(curve["control_points"]))
-                add(curve, [(t, bernstein_jet(points, F(t) / F(length), F(length), 3)) for t in ts])
+                points = polygon(rng, degree + 1, dimension, spread, place)
+                bezier = bezier_of(basis, exact(points))
+                jets = [(t, segment_jet(bezier, t, 0, length)) for t in ts]
+                add(dict(basis, control_points=points), jets)
             basis, knots = bases[rng.randint(0, 1)], [1.0, 1.75, 1.76, 3.0]
-            curve = {"family": "piecewise", "bases": [basis], "order": degree, "knots": knots,
-                     "control_points": polygon(3 * degree + 1, dimension, size, place), "closed": False}
+            curve = {
+                "family": "piecewise",
+                "bases": [basis],
+                "order": degree,
+                "knots": knots,
+                "control_points": polygon(rng, 3 * degree + 1, dimension, spread, place),
+                "closed": False,
+            }
             points = exact(curve["control_points"])
             jets = []
             for t in [1.0, 1.3, 1.75, 1.755, 2.5, 3.0]:
                 i = max(i for i in range(3) if knots[i] <= t)
-                a, b = F(knots[i]), F(knots[i + 1])
-                jets.append((t, bernstein_jet(bezier_of(basis, points[i * degree:(i + 1) * degree + 1]), (F(t) - a) / (b - a), b - a, 3)))
+                bezier = bezier_of(basis, points[i * degree:(i + 1) * degree + 1])
+                jets.append((t, segment_jet(bezier, t, *knots[i:i + 2])))
             add(curve, jets)
             for ratio in [1.0, 1e3]:
                 curve = random_spline(rng, degree, ratio, [1, min(2, degree), 1])
-                curve["control_points"] = polygon(len(curve["control_points"]), dimension, size, place)
-                parts = spline(curve)
-                knots = curve["knots"]
-                inside = [knots[s] + rng.random() * (knots[s + 1] - knots[s]) for s in spans(degree, knots)]
-                add(curve, [(t, spline_jet(*parts, F(t), 3)) for t in [knots[degree]] + inside])
+                count = len(curve["control_points"])
+                curve["control_points"] = polygon(rng, count, dimension, spread, place)
+                parts, knots = spline(curve), curve["knots"]
+                spread_of = lambda s: knots[s + 1] - knots[s]
+                inside = [knots[s] + rng.random() * spread_of(s) for s in spans(degree, knots)]
+                jets = [(t, spline_jet(*parts, F(t), 3)) for t in [knots[degree]] + inside]
+                add(curve, jets)
     return cases
-
-
-def write(name, cases):
-    with open(os.path.join(HERE, name), "w") as file:
-        file.write("[" + ",\n".join(json.dumps(case) for case in cases) + "]\n")
-    print(name, len(cases), "cases")
-
-
-if __name__ == "__main__":
-    write("knots.json", knot_cases())
-    write("far.json", far_cases())
