@@ -14,13 +14,16 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 
 import families
+import rational
 import splines
 
 HERE = Path(__file__).parent
 # Those that take longest come first.
 MAKERS = {
+    "rational.json": rational.rational_cases,
     "knots.json": splines.knot_cases,
     "far.json": splines.far_cases,
+    "rational_split.json": rational.rational_split_cases,
     "evaluate.json": families.evaluate_cases,
     "subdivide.json": families.subdivide_cases,
     "to_bspline.json": families.to_bspline_cases,
