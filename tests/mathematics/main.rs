@@ -18,6 +18,7 @@ mod errata;
 mod extremes;
 mod far;
 mod fit;
+mod imports;
 mod interpolation;
 mod join;
 mod knots;
