@@ -1,8 +1,11 @@
 //! What several functions of the core ask of their arguments.
 
+use std::ops::RangeInclusive;
+
 use super::context::Context;
 use super::error::Error;
 use super::fault::Fault;
+use super::limits::{self, Limits};
 
 /// Refuses a count above a limit.
 pub(crate) fn at_most(
@@ -43,6 +46,37 @@ pub fn within_degrees(context: &Context, what: &'static str, value: usize) -> Re
     }
     let allowed = format!("1 <= {what} <= {}", context.limits.degree);
     Err(Fault::OutOfRange { what, value: value as f64, allowed })
+}
+
+impl Limits {
+    /// Each with its name and the range it may have: below, not even a straight line or, for the
+    /// degree, a cubic would be left.
+    fn ranges(&self) -> [(&'static str, usize, RangeInclusive<usize>); 6] {
+        [
+            ("degree", self.degree, 3..=limits::DEGREE),
+            ("control_points", self.control_points, 2..=limits::CONTROL_POINTS),
+            ("data_points", self.data_points, 2..=limits::DATA_POINTS),
+            ("samples", self.samples, 2..=limits::SAMPLES),
+            ("answer_points", self.answer_points, 2..=limits::ANSWER_POINTS),
+            ("segments", self.segments, 2..=limits::SEGMENTS),
+        ]
+    }
+}
+
+impl Limits {
+    /// These limits, if each is one that may be set.
+    ///
+    /// # Errors
+    /// [`Fault::OutOfRange`].
+    pub fn checked(self) -> Result<Self, Fault> {
+        for (what, value, range) in self.ranges() {
+            if !range.contains(&value) {
+                let allowed = format!("{} <= {what} <= {}", range.start(), range.end());
+                return Err(Fault::OutOfRange { what, value: value as f64, allowed });
+            }
+        }
+        Ok(self)
+    }
 }
 
 #[cfg(test)]

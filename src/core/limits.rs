@@ -2,10 +2,6 @@
 //! ceilings of what an operator may allow, and checks and their messages read those of the
 //! [`Context`](super::context::Context).
 
-use std::ops::RangeInclusive;
-
-use super::fault::Fault;
-
 /// The largest request body: what 100,000 interpolated 3D points become fits.
 pub const BODY_BYTES: usize = 32 * 1024 * 1024;
 /// The highest polynomial degree of a segment, and the highest order of a derivative.
@@ -51,37 +47,6 @@ pub const CEILING: Limits = Limits {
 impl Default for Limits {
     fn default() -> Self {
         CEILING
-    }
-}
-
-impl Limits {
-    /// Each with its name and the range it may have: below, not even a straight line or, for the
-    /// degree, a cubic would be left.
-    fn ranges(&self) -> [(&'static str, usize, RangeInclusive<usize>); 6] {
-        [
-            ("degree", self.degree, 3..=DEGREE),
-            ("control_points", self.control_points, 2..=CONTROL_POINTS),
-            ("data_points", self.data_points, 2..=DATA_POINTS),
-            ("samples", self.samples, 2..=SAMPLES),
-            ("answer_points", self.answer_points, 2..=ANSWER_POINTS),
-            ("segments", self.segments, 2..=SEGMENTS),
-        ]
-    }
-}
-
-impl Limits {
-    /// These limits, if each is one that may be set.
-    ///
-    /// # Errors
-    /// [`Fault::OutOfRange`].
-    pub fn checked(self) -> Result<Self, Fault> {
-        for (what, value, range) in self.ranges() {
-            if !range.contains(&value) {
-                let allowed = format!("{} <= {what} <= {}", range.start(), range.end());
-                return Err(Fault::OutOfRange { what, value: value as f64, allowed });
-            }
-        }
-        Ok(self)
     }
 }
 

@@ -34,10 +34,13 @@ fn expanded(prefix: &str, tree: &str) -> Vec<String> {
         c == ',' && depth == 0
     });
     let paths = parts.map(str::trim).filter(|part| !part.is_empty()).flat_map(|part| {
-        let Some((before, inside)) = part.split_once('{') else {
-            return vec![format!("{prefix}{part}")];
-        };
-        expanded(&format!("{prefix}{before}"), inside.rsplit_once('}').unwrap().0)
+        match part
+            .split_once('{')
+            .and_then(|(before, rest)| Some((before, rest.rsplit_once('}')?.0)))
+        {
+            Some((before, inside)) => expanded(&format!("{prefix}{before}"), inside),
+            None => vec![format!("{prefix}{part}")],
+        }
     });
     paths.collect()
 }
