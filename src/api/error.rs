@@ -9,8 +9,8 @@ use crate::core::error::Step;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// What the core refuses.
-    #[error(transparent)]
-    Core(#[from] core::fault::Fault),
+    #[error("{0}{hint}", hint = hint(.0))]
+    Core(core::fault::Fault),
     /// A part that the object needs is not there.
     #[error("the field `{field}` is missing")]
     Missing {
@@ -35,6 +35,22 @@ pub enum Fault {
         /// The variants that have it.
         owners: String,
     },
+}
+
+/// What a fault of the core means for a request, where that is not plain.
+fn hint(fault: &core::fault::Fault) -> &'static str {
+    match fault {
+        core::fault::Fault::WrongCount { what: "bases", .. } => {
+            "; for all segments give `basis` in a request, and a list of one in a curve"
+        }
+        _ => "",
+    }
+}
+
+impl From<core::fault::Fault> for Fault {
+    fn from(fault: core::fault::Fault) -> Self {
+        Fault::Core(fault)
+    }
 }
 
 /// Faults at their places in a request. A place is printed as a JSON Pointer (RFC 6901).
