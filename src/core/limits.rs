@@ -14,6 +14,8 @@ pub const DATA_POINTS: usize = 100_000;
 pub const SAMPLES: usize = 200_000;
 /// Points and vectors in one answer: samples times what is asked of each.
 pub const ANSWER_POINTS: usize = 1_000_000;
+/// The largest weight of a curve or surface, as a multiple of the smallest.
+pub const WEIGHT_RATIO: f64 = 1e12;
 /// Segments a subdivision or a fit may produce.
 pub const SEGMENTS: usize = 100_000;
 

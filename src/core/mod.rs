@@ -24,6 +24,8 @@ pub mod evaluate;
 pub mod fault;
 pub mod fit;
 mod gaps;
+#[allow(dead_code, reason = "used by the next commit")]
+mod homogeneous;
 pub mod interpolate;
 pub mod join;
 mod joint_rows;
@@ -38,3 +40,4 @@ pub mod smoothness;
 pub mod subdivide;
 pub mod surface;
 pub mod to_bspline;
+pub mod weights;
