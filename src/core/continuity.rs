@@ -135,7 +135,8 @@ pub(crate) fn piecewise_continuity<const D: usize>(
     continuity(context, &curve.composite(context)?, curve.closed(), tolerance)
 }
 
-fn measured<const D: usize>(
+/// Compares the ends of neighbours.
+pub(crate) fn measured<const D: usize>(
     context: &Context,
     breaks: &Breaks,
     orders: impl Fn(usize) -> [Order<D>; 3],

@@ -6,6 +6,7 @@ use super::curve::{Bases, Curve, Piecewise, Single};
 use super::error::{Error, Locate};
 use super::fault::Fault;
 use super::local::placed;
+use super::metric::Affine;
 use super::point::Point;
 use crate::core::context::Context;
 
@@ -69,7 +70,7 @@ pub fn convert<const D: usize>(
         return Ok(Converted { curve, condition: way.condition, construction });
     }
     to.joinable(context, order).at(Argument::Basis)?;
-    composite.check_joined().at(Argument::Curve)?;
+    composite.check_joined(&Affine).at(Argument::Curve)?;
     let (piecewise, condition) = Piecewise::from_composite(
         context,
         Bases::Common(to),

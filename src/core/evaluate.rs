@@ -3,12 +3,13 @@
 mod frame;
 
 use super::argument::Argument;
-use super::bezier_form::{chord_error, split};
+use super::bezier_form::split;
 use super::check::{at_least, at_most};
 use super::curve::{Composite, Curve, Segment};
 use super::domain::Domain;
 use super::error::{Error, Locate};
 use super::fault::Fault;
+use super::metric::{Affine, Metric};
 use super::point::{Point, magnitude};
 use crate::core::context::Context;
 use crate::core::linear::lanes::uniform;
@@ -96,33 +97,74 @@ pub fn evaluate<const D: usize>(
     derivatives: usize,
     quantities: Quantities,
 ) -> Result<Samples<D>, Error> {
+    check::<D>(context, sampling, derivatives, quantities)?;
+    let composite = curve.composite(context).at(Argument::Curve)?;
+    let parameters = parameters(context, &composite, sampling, &Affine)?;
+    check_size(context, parameters.len(), derivatives, quantities)?;
+    let highest = derivatives.max(quantities.highest_derivative());
+    let jets = jets(context, &composite, &parameters, highest)?;
+    // Derivatives are as exact as differences of the control points are: they round in units of
+    // their own size.
+    let gains = [composite.gains(1), composite.gains(2)];
+    let mut segment = 0;
+    let mut size = magnitude(composite.local(0).points);
+    let rounding = |index: usize| {
+        let next = composite.breaks().segment_near(segment, parameters[index]);
+        if next != segment {
+            (segment, size) = (next, magnitude(composite.local(next).points));
+        }
+        [0, 1].map(|k| 8.0 * f64::EPSILON * size * gains[k][segment])
+    };
+    let frames = frames(context, &jets, quantities, rounding)?;
+    Ok(Samples::new(composite.breaks().domain(), parameters, jets, derivatives, frames))
+}
+
+/// Refuses what no curve of this dimension has.
+pub(crate) fn check<const D: usize>(
+    context: &Context,
+    sampling: &Sampling,
+    derivatives: usize,
+    quantities: Quantities,
+) -> Result<(), Error> {
     check_orders(context, derivatives).at(Argument::Derivatives)?;
     sampling.check(context).at(Argument::Sampling)?;
     if quantities.torsion && D != 3 {
         let why = "a curve in the plane has no torsion; ask for it with 3D control points, or leave it out";
         return Err(Fault::UnsuitableCurve(why.into()).at(Argument::Quantities));
     }
-    let composite = curve.composite(context).at(Argument::Curve)?;
-    let parameters = parameters(context, &composite, sampling)?;
+    Ok(())
+}
+
+/// Refuses an answer beyond the limit.
+pub(crate) fn check_size(
+    context: &Context,
+    samples: usize,
+    derivatives: usize,
+    quantities: Quantities,
+) -> Result<(), Fault> {
     let asked = 1 + derivatives + usize::from(quantities.tangent) + usize::from(quantities.normal);
     at_most(
         "points and vectors in the answer",
-        parameters.len() * asked,
+        samples * asked,
         context.limits.answer_points,
         "Ask for fewer samples or derivatives",
-    )?;
-    let jets =
-        jets(context, &composite, &parameters, derivatives.max(quantities.highest_derivative()))?;
-    let frames = frames(context, &composite, &parameters, &jets, quantities)?;
-    let mut lists = jets.into_iter();
-    let points = lists.next().unwrap_or_default();
-    Ok(Samples {
-        domain: composite.breaks().domain(),
-        parameters,
-        points,
-        derivatives: lists.take(derivatives).collect(),
-        frames,
-    })
+    )
+}
+
+impl<const D: usize> Samples<D> {
+    /// `jets[k]` are the `k`-th derivatives, of which some may be for the frames only.
+    pub(crate) fn new(
+        domain: (f64, f64),
+        parameters: Vec<f64>,
+        jets: Vec<Vec<Point<D>>>,
+        derivatives: usize,
+        frames: Frames<D>,
+    ) -> Self {
+        let mut lists = jets.into_iter();
+        let points = lists.next().unwrap_or_default();
+        let derivatives = lists.take(derivatives).collect();
+        Samples { domain, parameters, points, derivatives, frames }
+    }
 }
 
 /// Refuses more orders of derivatives than any curve has.
@@ -159,7 +201,7 @@ impl Sampling {
 }
 
 impl Quantities {
-    fn highest_derivative(self) -> usize {
+    pub(crate) fn highest_derivative(self) -> usize {
         match self {
             Quantities { torsion: true, .. } => 3,
             Quantities { normal: true, .. } | Quantities { curvature: true, .. } => 2,
@@ -170,7 +212,7 @@ impl Quantities {
 }
 
 /// `lists[k][i]`: the `k`-th derivative at parameter `i`.
-fn jets<const D: usize>(
+pub(crate) fn jets<const D: usize>(
     context: &Context,
     composite: &Composite<D>,
     parameters: &[f64],
@@ -186,10 +228,11 @@ fn jets<const D: usize>(
     Ok(lists)
 }
 
-fn parameters<const D: usize>(
+pub(crate) fn parameters<const D: usize>(
     context: &Context,
     composite: &Composite<D>,
     sampling: &Sampling,
+    metric: &impl Metric<D>,
 ) -> Result<Vec<f64>, Error> {
     let (a, b) = composite.breaks().domain();
     match sampling {
@@ -199,11 +242,12 @@ fn parameters<const D: usize>(
             .at(Argument::Parameters)
             .at(Argument::Sampling),
         Sampling::Tolerance(tolerance) => {
-            check_tolerance(*tolerance, composite.magnitude())
+            check_tolerance(*tolerance, composite.magnitude_in(metric))
                 .at(Argument::Tolerance)
                 .at(Argument::Sampling)?;
-            composite.check_joined().at(Argument::Curve)?;
-            let pieces = flat_pieces(context, composite, *tolerance, context.limits.samples - 1)
+            composite.check_joined(metric).at(Argument::Curve)?;
+            let most = context.limits.samples - 1;
+            let pieces = flat_pieces(context, composite, *tolerance, most, metric)
                 .at(Argument::Tolerance)
                 .at(Argument::Sampling)?;
             Ok(std::iter::once(a).chain(pieces.into_iter().map(|piece| piece.end)).collect())
@@ -247,16 +291,17 @@ pub(crate) struct Piece<const D: usize> {
 }
 
 /// Halves segments until every piece is within the tolerance of its chord, by the bound of
-/// [`chord_error`]: proved, not sampled. Pieces come in order.
+/// the metric: proved, not sampled. Pieces come in order.
 pub(crate) fn flat_pieces<const D: usize>(
     context: &Context,
     composite: &Composite<D>,
     tolerance: f64,
     most: usize,
+    metric: &impl Metric<D>,
 ) -> Result<Vec<Piece<D>>, Error> {
     let mut pieces = Vec::new();
     let mut pace = context.pace();
-    for (segment, Segment { points, .. }) in composite.locals().enumerate() {
+    for (segment, Segment { origin, points }) in composite.locals().enumerate() {
         let (a, b) = composite.breaks().interval(segment);
         let mut stack = vec![(a, b, points.to_vec())];
         while let Some((start, end, points)) = stack.pop() {
@@ -264,7 +309,8 @@ pub(crate) fn flat_pieces<const D: usize>(
             let middle = start + 0.5 * (end - start);
             // An interval without a double inside cannot be halved; its chord is as good as it
             // gets.
-            if chord_error(&points) <= tolerance || middle <= start || middle >= end {
+            let error = metric.chord_error(origin, &points);
+            if error <= tolerance || middle <= start || middle >= end {
                 pieces.push(Piece { segment, end, points });
             } else {
                 let (left, right) = split(&points, 0.5);
@@ -283,32 +329,23 @@ pub(crate) fn flat_pieces<const D: usize>(
     Ok(pieces)
 }
 
-fn frames<const D: usize>(
+/// The frames of jets, given the rounding errors of the first two derivatives at each parameter in
+/// turn.
+pub(crate) fn frames<const D: usize>(
     context: &Context,
-    composite: &Composite<D>,
-    parameters: &[f64],
     jets: &[Vec<Point<D>>],
     wanted: Quantities,
+    mut rounding: impl FnMut(usize) -> [f64; 2],
 ) -> Result<Frames<D>, Error> {
     let mut frames = Frames::default();
     if wanted == Quantities::default() {
         return Ok(frames);
     }
-    let gains = [composite.gains(1), composite.gains(2)];
-    let mut segment = 0;
-    let mut size = magnitude(composite.local(0).points);
     let mut pace = context.pace();
-    for (index, &t) in parameters.iter().enumerate() {
+    for index in 0..jets[0].len() {
         pace.step()?;
-        let next = composite.breaks().segment_near(segment, t);
-        if next != segment {
-            (segment, size) = (next, magnitude(composite.local(next).points));
-        }
-        // Derivatives are as exact as differences of the control points are: they round in units of
-        // their own size.
-        let rounding = [0, 1].map(|k| 8.0 * f64::EPSILON * size * gains[k][segment]);
         let jet = |k: usize| jets.get(k).map_or(Point::ZERO, |list| list[index]);
-        let frame = MovingFrame::new([jet(1), jet(2), jet(3)], rounding);
+        let frame = MovingFrame::new([jet(1), jet(2), jet(3)], rounding(index));
         frames.push(index, frame, wanted);
     }
     Ok(frames)

@@ -8,7 +8,7 @@ use crate::core::linear::lanes::LANES;
 
 /// One order of derivative over one segment.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Order<const D: usize> {
+pub(crate) struct Order<const D: usize> {
     first: Point<D>,
     last: Point<D>,
     /// The largest value of its control vectors, of the points their extent: what a relative
@@ -38,6 +38,17 @@ impl<const D: usize> Order<D> {
     fn new(k: usize, size: f64, (a, b): (f64, f64)) -> Self {
         let of_length = k as f64 * (a.abs().max(b.abs()) / (b - a));
         Order { first: Point::ZERO, last: Point::ZERO, scale: 0.0, of_points: size, of_length }
+    }
+
+    /// From the values at both ends, the largest value and the rounding errors, all known.
+    pub(crate) fn between(
+        first: Point<D>,
+        last: Point<D>,
+        scale: f64,
+        of_points: f64,
+        of_length: f64,
+    ) -> Self {
+        Order { first, last, scale, of_points, of_length }
     }
 
     fn add(&mut self, i: usize, vector: Point<D>) {

@@ -1,5 +1,5 @@
 //! Homogeneous coordinates: a point `P` of weight `w` is `(w P, w)`, one dimension up, where
-//! rational curves and surfaces are polynomial ([Farin 2002], chapter 13).
+//! rational curves and surfaces are polynomial (Farin 2002 chapter 13).
 //!
 //! Stable Rust cannot say `H = D + 1` in a type; a wrong pair does not compile.
 
@@ -52,7 +52,7 @@ pub(crate) fn project_jet<const D: usize, const H: usize>(jet: &[Point<H>]) -> V
 /// A bound for the distance of a rational Bezier curve with positive weights from its chord, and of
 /// the chord from the curve: the largest distance of a control point from the chord.
 ///
-/// The curve stays in the convex hull of its control points ([Farin 2002], section 13.3), and the
+/// The curve stays in the convex hull of its control points (Farin 2002 section 13.3), and the
 /// distance from a segment is convex. The curve leads from end to end of the chord, so each place of
 /// the chord is the foot of a place of the curve.
 pub(crate) fn chord_error<const D: usize, const H: usize>(

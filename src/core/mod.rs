@@ -24,7 +24,6 @@ pub mod evaluate;
 pub mod fault;
 pub mod fit;
 mod gaps;
-#[allow(dead_code, reason = "used by the next commit")]
 mod homogeneous;
 pub mod interpolate;
 pub mod join;
@@ -33,8 +32,10 @@ pub mod knots;
 pub mod limits;
 pub mod linear;
 mod local;
+mod metric;
 pub mod parameterization;
 pub mod point;
+pub mod rational;
 pub mod reshape;
 pub mod smoothness;
 pub mod subdivide;

@@ -10,6 +10,7 @@ use super::error::{Error, Locate};
 use super::evaluate::{Piece, check_distance, check_tolerance, flat_pieces};
 use super::fault::Fault;
 use super::knots::Breaks;
+use super::metric::{Affine, Metric};
 use super::point::Point;
 use crate::core::context::Context;
 
@@ -95,6 +96,17 @@ pub fn subdivide<const D: usize>(
     cuts: &Cuts,
     form: Form,
 ) -> Result<Subdivision<D>, Error> {
+    subdivide_by(context, curve, cuts, form, &Affine)
+}
+
+/// The same of a curve whose distances are those of a metric.
+pub(crate) fn subdivide_by<const D: usize>(
+    context: &Context,
+    curve: &Curve<D>,
+    cuts: &Cuts,
+    form: Form,
+    metric: &impl Metric<D>,
+) -> Result<Subdivision<D>, Error> {
     let composite = curve.composite(context).at(Argument::Curve)?;
     let settled = match cuts {
         Cuts::Parameters(values) => {
@@ -106,7 +118,9 @@ pub fn subdivide<const D: usize>(
     let pieces = match cuts {
         Cuts::Parameters(_) => cut_at(context, &composite, &settled).at(Argument::Parameters),
         Cuts::Depth(depth) => halved(context, &composite, *depth).at(Argument::Depth),
-        Cuts::Flatness(tolerance) => flat(context, &composite, *tolerance).at(Argument::Tolerance),
+        Cuts::Flatness(tolerance) => {
+            flat(context, &composite, *tolerance, metric).at(Argument::Tolerance)
+        }
     };
     let pieces = pieces.at(Argument::Cuts)?;
     let segments = pieces.iter().map(|piece| Segment {
@@ -114,7 +128,7 @@ pub fn subdivide<const D: usize>(
         points: &piece.points,
     });
     let cut = Composite::from_segments(context, breaks(context, &composite, &pieces)?, segments)?;
-    cut.check_joined().at(Argument::Curve)?;
+    cut.check_joined(metric).at(Argument::Curve)?;
     let (in_family, (pieces_curve, condition)) = assemble(context, curve, &cut, &pieces, form)?;
     let (split_parameters, split_points) = match cuts {
         Cuts::Parameters(_) => {
@@ -229,9 +243,10 @@ fn flat<const D: usize>(
     context: &Context,
     composite: &Composite<D>,
     tolerance: f64,
+    metric: &impl Metric<D>,
 ) -> Result<Vec<Piece<D>>, Error> {
-    check_tolerance(tolerance, composite.magnitude())?;
-    flat_pieces(context, composite, tolerance, context.limits.segments)
+    check_tolerance(tolerance, composite.magnitude_in(metric))?;
+    flat_pieces(context, composite, tolerance, context.limits.segments, metric)
 }
 
 /// The pieces as a piecewise curve: in the family if asked for and possible, else as Bezier curves.

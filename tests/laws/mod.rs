@@ -24,7 +24,7 @@ pub fn parse(value: &Value) -> Dimensioned {
     let context = Context::default();
     let text = value.to_string();
     let curve: wire::Curve = wire::Reading::new(&context).from_slice(text.as_bytes()).unwrap();
-    curve.parse(&context).unwrap()
+    curve.parse_polynomial(&context).unwrap()
 }
 
 /// A plane curve in the JSON of the API.

@@ -25,6 +25,7 @@ mod knots;
 mod limits;
 mod near;
 mod properties;
+mod rational;
 mod references;
 mod reshape;
 mod vectors;

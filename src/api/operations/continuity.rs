@@ -5,12 +5,15 @@ use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
-use crate::api::wire::{Continuity, Curve, Dimensioned, ReportStyle, list, need, number};
+use crate::api::wire::{
+    AnyDimensioned, Continuity, Curve, Dimensioned, ReportStyle, list, need, number,
+};
 use crate::core::check::at_most;
 use crate::core::context::Context;
 use crate::core::continuity as core;
 use crate::core::curve::{self, Composite};
 use crate::core::fault::Fault;
+use crate::core::rational;
 use crate::core::to_bspline::check_tolerance;
 
 crate::object! {
@@ -83,20 +86,12 @@ impl Operation for ContinuityOperation {
         let style = request.report.unwrap_or(ReportStyle::Full);
         let (measured, tolerance) = parts(context, request)?;
         match measured {
-            Measured::One(Dimensioned::Plane(curve)) => report(
-                context,
-                &curve.composite(context).at("curve")?,
-                curve.closed(),
-                tolerance,
-                style,
-            ),
-            Measured::One(Dimensioned::Space(curve)) => report(
-                context,
-                &curve.composite(context).at("curve")?,
-                curve.closed(),
-                tolerance,
-                style,
-            ),
+            Measured::One(Dimensioned::Plane(curve)) => {
+                Ok(answer(rational::continuity(context, &curve, tolerance)?, style))
+            }
+            Measured::One(Dimensioned::Space(curve)) => {
+                Ok(answer(rational::continuity(context, &curve, tolerance)?, style))
+            }
             Measured::Several(curves, closed) => {
                 laid_end_to_end(context, curves, closed, tolerance, style)
             }
@@ -129,7 +124,7 @@ type Curves = Dimensioned<Vec<curve::Curve<2>>, Vec<curve::Curve<3>>>;
 
 /// What is measured: a curve, or curves laid end to end, closed or not.
 enum Measured {
-    One(Dimensioned),
+    One(AnyDimensioned),
     Several(Curves, bool),
 }
 
@@ -206,7 +201,11 @@ fn report<const D: usize>(
     tolerance: core::Tolerance,
     style: ReportStyle,
 ) -> Result<ContinuityAnswer, Error> {
-    let (a, b) = composite.breaks().domain();
     let report = core::continuity(context, composite, closed, tolerance)?;
-    Ok(ContinuityAnswer { domain: vec![a, b], continuity: Continuity::of_core(&report, style) })
+    Ok(answer((composite.breaks().domain(), report), style))
+}
+
+fn answer((domain, report): ((f64, f64), core::Report), style: ReportStyle) -> ContinuityAnswer {
+    let domain = vec![domain.0, domain.1];
+    ContinuityAnswer { domain, continuity: Continuity::of_core(&report, style) }
 }

@@ -6,12 +6,12 @@ use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::pointer;
-use crate::api::wire::{Curve, Dimensioned, Points, Target, Vector, Whole, part};
+use crate::api::wire::{AnyDimensioned, Curve, Dimensioned, Points, Target, Vector, Whole, part};
 use crate::core::argument::Argument;
 use crate::core::context::Context;
 use crate::core::convert as core;
-use crate::core::curve;
 use crate::core::point::Point;
+use crate::core::rational::{self, AnyCurve};
 
 crate::object! {
     /// A curve to write in another basis.
@@ -127,16 +127,16 @@ fn parts(
     context: &Context,
     curve: Option<Curve>,
     to: Option<Target>,
-) -> Result<(Dimensioned, crate::core::basis::Basis), Error> {
+) -> Result<(AnyDimensioned, crate::core::basis::Basis), Error> {
     both(
         part(curve, "curve", |value| value.parse(context)),
         part(to, "to", |to| to.into_basis().parse(context)),
     )
 }
 
-fn convert<const D: usize>(
+fn convert<const D: usize, const H: usize>(
     context: &Context,
-    curve: &curve::Curve<D>,
+    curve: &AnyCurve<D, H>,
     basis: crate::core::basis::Basis,
     order: Option<usize>,
 ) -> Result<ConvertAnswer, Error>
@@ -144,7 +144,17 @@ where
     Points: From<Vec<Point<D>>>,
     Vector: From<Point<D>>,
 {
-    let converted = core::convert(context, curve, basis, order)?;
+    let converted = match curve {
+        AnyCurve::Polynomial(curve) => core::convert(context, curve, basis, order)?,
+        AnyCurve::Rational(curve) => {
+            let converted = rational::convert(context, curve, basis, order)?;
+            return Ok(ConvertAnswer {
+                curve: Curve::of_rational(converted.curve),
+                condition: converted.condition,
+                construction: None,
+            });
+        }
+    };
     let construction = |c: &core::Construction<D>| Construction {
         r11: Some(c.r11.into()),
         r12: Some(c.r12.into()),

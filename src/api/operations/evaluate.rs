@@ -5,14 +5,16 @@ use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
-use crate::api::wire::{Curve, Dimensioned, Points, Whole, list, need, number, part, whole};
+use crate::api::wire::{
+    AnyDimensioned, Curve, Dimensioned, Points, Whole, list, need, number, part, whole,
+};
 use crate::core::argument::Argument;
 use crate::core::context::Context;
-use crate::core::curve;
 use crate::core::error::{Error as CoreError, Place};
 use crate::core::evaluate as core;
 use crate::core::limits;
 use crate::core::point::Point;
+use crate::core::rational::{self, AnyCurve};
 
 crate::union! {
     /// Where to sample.
@@ -204,7 +206,7 @@ impl Request for EvaluateRequest {
 }
 
 /// What is computed from; the tolerance beside the sampling is to be echoed.
-type Parts = (Dimensioned, (core::Sampling, Option<f64>), usize);
+type Parts = (AnyDimensioned, (core::Sampling, Option<f64>), usize);
 
 fn parts(
     context: &Context,
@@ -222,9 +224,9 @@ fn parts(
     Ok((curve, sampling, orders))
 }
 
-fn sample<const D: usize>(
+fn sample<const D: usize, const H: usize>(
     context: &Context,
-    curve: &curve::Curve<D>,
+    curve: &AnyCurve<D, H>,
     (sampling, tolerance): (core::Sampling, Option<f64>),
     orders: usize,
     asked: &[Quantity],
@@ -232,8 +234,12 @@ fn sample<const D: usize>(
 where
     Points: From<Vec<Point<D>>>,
 {
-    let samples = core::evaluate(context, curve, &sampling, orders, quantities(asked))
-        .map_err(|error| name_torsion(error, asked))?;
+    let wanted = quantities(asked);
+    let samples = match curve {
+        AnyCurve::Polynomial(curve) => core::evaluate(context, curve, &sampling, orders, wanted),
+        AnyCurve::Rational(curve) => rational::evaluate(context, curve, &sampling, orders, wanted),
+    };
+    let samples = samples.map_err(|error| name_torsion(error, asked))?;
     let frames = samples.frames;
     let has = |quantity| asked.contains(&quantity);
     let degenerate =

@@ -133,7 +133,7 @@ fn parts(
     let given =
         if basis.is_none() { need(each.as_ref(), "basis` or `bases").map(drop) } else { Ok(()) };
     let (curve, (bases, ())) = both(
-        part(curve, "curve", |value| value.parse(context)),
+        part(curve, "curve", |value| value.parse_polynomial(context)),
         both(bases(context, basis, each), given),
     )?;
     Ok((curve, bases))

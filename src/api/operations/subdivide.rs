@@ -5,10 +5,11 @@ use crate::api::error::{Error, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
-use crate::api::wire::{Curve, Dimensioned, Points, Whole, need, number, part};
+use crate::api::wire::{AnyDimensioned, Curve, Dimensioned, Points, Whole, need, number, part};
 use crate::core::context::Context;
 use crate::core::curve;
 use crate::core::point::Point;
+use crate::core::rational::{self, AnyCurve};
 use crate::core::subdivide as core;
 
 crate::union! {
@@ -152,13 +153,13 @@ fn parts(
     context: &Context,
     curve: Option<Curve>,
     at: Option<Cuts>,
-) -> Result<(Dimensioned, core::Cuts), Error> {
+) -> Result<(AnyDimensioned, core::Cuts), Error> {
     both(part(curve, "curve", |value| value.parse(context)), part(at, "at", Cuts::parse))
 }
 
-fn cut<const D: usize>(
+fn cut<const D: usize, const H: usize>(
     context: &Context,
-    curve: &curve::Curve<D>,
+    curve: &AnyCurve<D, H>,
     at: &core::Cuts,
     form: Form,
     tolerance: Option<f64>,
@@ -166,14 +167,30 @@ fn cut<const D: usize>(
 where
     Points: From<Vec<Point<D>>>,
 {
-    let pieces = core::subdivide(context, curve, at, form.into())?;
-    Ok(SubdivideAnswer {
-        curve: Curve::of_core(curve::Curve::Piecewise(pieces.curve)),
-        split_parameters: pieces.split_parameters,
-        split_points: pieces.split_points.into(),
-        form: if pieces.in_family { Form::Family } else { Form::Bezier },
-        condition: pieces.condition,
-        tolerance,
+    let form_of = |in_family| if in_family { Form::Family } else { Form::Bezier };
+    Ok(match curve {
+        AnyCurve::Polynomial(curve) => {
+            let pieces = core::subdivide(context, curve, at, form.into())?;
+            SubdivideAnswer {
+                curve: Curve::of_core(curve::Curve::Piecewise(pieces.curve)),
+                split_parameters: pieces.split_parameters,
+                split_points: pieces.split_points.into(),
+                form: form_of(pieces.in_family),
+                condition: pieces.condition,
+                tolerance,
+            }
+        }
+        AnyCurve::Rational(curve) => {
+            let pieces = rational::subdivide(context, curve, at, form.into())?;
+            SubdivideAnswer {
+                curve: Curve::of_rational(pieces.curve),
+                split_parameters: pieces.split_parameters,
+                split_points: pieces.split_points.into(),
+                form: form_of(pieces.in_family),
+                condition: pieces.condition,
+                tolerance,
+            }
+        }
     })
 }
 

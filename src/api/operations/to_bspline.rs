@@ -5,11 +5,12 @@ use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
-use crate::api::wire::{Curve, Dimensioned, Points, Whole, number, part};
+use crate::api::wire::{AnyDimensioned, Curve, Dimensioned, Points, Whole, number, part};
 use crate::core::context::Context;
 use crate::core::curve;
 use crate::core::limits;
 use crate::core::point::Point;
+use crate::core::rational::{self, AnyCurve};
 use crate::core::to_bspline as core;
 
 crate::names! {
@@ -136,7 +137,7 @@ fn parts(
     context: &Context,
     curve: Option<Curve>,
     tolerance: Option<f64>,
-) -> Result<(Dimensioned, f64), Error> {
+) -> Result<(AnyDimensioned, f64), Error> {
     let tolerance = tolerance.unwrap_or(limits::CONTINUITY_TOLERANCE);
     let (curve, ()) = both(
         part(curve, "curve", |value| value.parse(context)),
@@ -145,9 +146,9 @@ fn parts(
     Ok((curve, tolerance))
 }
 
-fn convert<const D: usize>(
+fn convert<const D: usize, const H: usize>(
     context: &Context,
-    curve: &curve::Curve<D>,
+    curve: &AnyCurve<D, H>,
     style: KnotStyle,
     tolerance: f64,
 ) -> Result<ToBsplineAnswer, Error>
@@ -159,17 +160,27 @@ where
         KnotStyle::Uniform => core::KnotStyle::Uniform,
         KnotStyle::Periodic => core::KnotStyle::Periodic,
     };
-    let result = core::to_bspline(context, curve, wanted, tolerance)?;
+    let (curve, joints, deviation) = match curve {
+        AnyCurve::Polynomial(curve) => {
+            let result = core::to_bspline(context, curve, wanted, tolerance)?;
+            let curve = Curve::of_core(curve::Curve::BSpline(result.curve));
+            (curve, result.joints, result.deviation)
+        }
+        AnyCurve::Rational(curve) => {
+            let result = rational::to_bspline(context, curve, wanted, tolerance)?;
+            (Curve::of_rational(result.curve), result.joints, result.deviation)
+        }
+    };
     let joint = |joint: &core::FormerJoint| FormerJoint {
         parameter: joint.parameter,
         continuity: joint.continuity,
         multiplicity: Whole(joint.multiplicity),
     };
     Ok(ToBsplineAnswer {
-        joints: result.joints.iter().map(joint).collect(),
-        curve: Curve::of_core(curve::Curve::BSpline(result.curve)),
-        deviation: result.deviation,
+        joints: joints.iter().map(joint).collect(),
+        curve,
+        deviation,
         knots: style,
-        tolerance: result.tolerance,
+        tolerance,
     })
 }

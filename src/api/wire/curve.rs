@@ -13,6 +13,7 @@ use crate::core::fault::Fault;
 use crate::core::knots::Breaks;
 use crate::core::limits;
 use crate::core::point::Point;
+use crate::core::rational::{AnyCurve, Rational};
 
 crate::union! {
     /// A curve, told by its `family`. Every operation takes one and returns one, so the output of a
@@ -43,29 +44,60 @@ crate::union! {
         /// The control polygon. A piecewise curve has segments * order + 1 points, as neighbours
         /// share the point at their joint.
         control_points: Points,
+        /// One weight for each control point, more than 0, the largest at most 1e12 times the
+        /// smallest: they make the curve rational. Control points are not multiplied with them.
+        /// Default: all the same, which is a polynomial curve.
+        weights: Vec<f64> = utoipa::openapi::schema::ArrayBuilder::new().items(number().exclusive_minimum(Some(0.0))),
     }
     /// A Bezier curve over [0, 1].
-    "bezier" Bezier as BezierCurve: [control_points] [];
+    "bezier" Bezier as BezierCurve: [control_points] [weights];
     /// A Beta-Bezier curve over [0, 1] (Cheng et al. 2021).
-    "beta-bezier" Beta as BetaBezierCurve: [control_points] [beta, lambda]
+    "beta-bezier" Beta as BetaBezierCurve: [control_points] [beta, lambda, weights]
         either [beta as BetaBezierCurve, lambda as BetaBezierCurveByLambda];
     /// An alpha-beta-Bezier curve over [0, alpha] with 4 control points (Li 2014).
-    "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierCurve: [alpha, beta, control_points] [] where {
+    "alpha-beta-bezier" AlphaBeta as AlphaBetaBezierCurve: [alpha, beta, control_points] [weights] where {
         /// The second shape parameter of Li 2014, 0 < beta <= 3; alpha = 1, beta = 3 is the Bezier
         /// curve.
         beta = li_beta(),
     };
     /// A Quasi-Bezier curve over [0, 1] (Chen 2013).
-    "quasi-bezier" Quasi as QuasiBezierCurve: [shape, control_points] [];
+    "quasi-bezier" Quasi as QuasiBezierCurve: [shape, control_points] [weights];
     /// Segments joined end to end over [first knot, last knot], each filling its interval.
-    "piecewise" Piecewise as PiecewiseCurve: [bases, order, knots, control_points] [closed];
+    "piecewise" Piecewise as PiecewiseCurve: [bases, order, knots, control_points] [closed, weights];
     /// A B-spline over its valid knot range.
-    "bspline" BSpline as BSplineCurve: [degree, knots, control_points] [closed];
+    "bspline" BSpline as BSplineCurve: [degree, knots, control_points] [closed, weights];
 }
 
 /// A curve, or a list of curves, whose dimension is known.
 pub type Dimensioned<P = core::Curve<2>, S = core::Curve<3>> =
     crate::core::dimensioned::Dimensioned<P, S>;
+
+/// A curve with weights or without.
+pub type AnyDimensioned = Dimensioned<AnyCurve<2, 3>, AnyCurve<3, 4>>;
+
+impl AnyDimensioned {
+    /// The curve without weights.
+    ///
+    /// # Errors
+    /// At `weights`: they make it rational.
+    pub fn polynomial(self) -> Result<Dimensioned, Error> {
+        fn of<const D: usize, const H: usize>(
+            curve: AnyCurve<D, H>,
+        ) -> Result<core::Curve<D>, Error> {
+            match curve {
+                AnyCurve::Polynomial(curve) => Ok(curve),
+                AnyCurve::Rational(_) => {
+                    let why = "this takes curves without weights only";
+                    Err(Fault::UnsuitableCurve(why.into())).at("weights")
+                }
+            }
+        }
+        Ok(match self {
+            Dimensioned::Plane(curve) => Dimensioned::Plane(of(curve)?),
+            Dimensioned::Space(curve) => Dimensioned::Space(of(curve)?),
+        })
+    }
+}
 
 impl Dimensioned {
     /// Curves of one dimension, that of the first.
@@ -78,7 +110,9 @@ impl Dimensioned {
     ) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
         crate::core::check::at_least("curves", curves.len(), 1)?;
         let parsed =
-            every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse(context).at(i)))?;
+            every(curves.into_iter().enumerate().map(|(i, curve)| {
+                curve.parse(context).and_then(AnyDimensioned::polynomial).at(i)
+            }))?;
         let (mut plane, mut space) = (Vec::new(), Vec::new());
         for (i, curve) in parsed.into_iter().enumerate() {
             match curve {
@@ -105,6 +139,19 @@ enum Outline {
 }
 
 impl Outline {
+    fn weighted<const D: usize, const H: usize>(
+        self,
+        context: &Context,
+        points: Vec<Point<D>>,
+        weights: Option<Vec<f64>>,
+    ) -> Result<AnyCurve<D, H>, Error> {
+        let curve = self.with_points(context, points)?;
+        Ok(match weights {
+            Some(weights) => AnyCurve::new(context, curve, weights)?,
+            None => AnyCurve::Polynomial(curve),
+        })
+    }
+
     fn with_points<const D: usize>(
         self,
         context: &Context,
@@ -137,15 +184,24 @@ impl Curve {
     /// # Errors
     /// Fields of another family, missing fields, and whatever the mathematics forbids, each at its
     /// place.
-    pub fn parse(mut self, context: &Context) -> Result<Dimensioned, Error> {
+    pub fn parse(mut self, context: &Context) -> Result<AnyDimensioned, Error> {
         context.checkpoint()?;
         let family = self.kind();
+        let weights = self.weights.take();
         let points = need(self.control_points.take(), "control_points");
         let ((_, frame), points) = both(both(family, self.frame(context)), points)?;
         Ok(match points {
-            Points::Plane(points) => Dimensioned::Plane(frame.with_points(context, points)?),
-            Points::Space(points) => Dimensioned::Space(frame.with_points(context, points)?),
+            Points::Plane(points) => Dimensioned::Plane(frame.weighted(context, points, weights)?),
+            Points::Space(points) => Dimensioned::Space(frame.weighted(context, points, weights)?),
         })
+    }
+
+    /// The core's curve, which has no weights.
+    ///
+    /// # Errors
+    /// As [`Curve::parse`]; weights that make it rational.
+    pub fn parse_polynomial(self, context: &Context) -> Result<Dimensioned, Error> {
+        self.parse(context)?.polynomial()
     }
 
     /// All but the control points.
@@ -226,6 +282,15 @@ impl Curve {
                 ..Self::of(CurveFamily::BSpline)
             },
         }
+    }
+
+    /// The rational curve of an answer.
+    pub fn of_rational<const D: usize, const H: usize>(curve: Rational<D, H>) -> Self
+    where
+        Points: From<Vec<Point<D>>>,
+    {
+        let (curve, weights) = curve.into_parts();
+        Self { weights: Some(weights), ..Self::of_core(curve) }
     }
 
     fn single(basis: Basis, points: Points) -> Self {

@@ -9,6 +9,7 @@ use crate::core::fault::Fault;
 use crate::core::knots::Breaks;
 use crate::core::linear::lanes::{self as lanes, LANES, Lanes};
 use crate::core::local::{localized, origin_of, placed};
+use crate::core::metric::{Affine, Metric};
 use crate::core::point::{Point, larger};
 
 /// Segments of one degree over the intervals between joints. Neighbours need not meet: a B-spline
@@ -193,9 +194,14 @@ impl<const D: usize> Composite<D> {
 
     /// The largest absolute coordinate of a Bezier point: the unit of rounding errors.
     pub fn magnitude(&self) -> f64 {
+        self.magnitude_in(&Affine)
+    }
+
+    /// The same of what its coordinates stand for.
+    pub(crate) fn magnitude_in(&self, metric: &impl Metric<D>) -> f64 {
         self.locals()
             .flat_map(|segment| segment.points.iter().map(move |&p| segment.origin + p))
-            .fold(0.0, |m, p| larger(m, p.max_abs()))
+            .fold(0.0, |m, p| larger(m, metric.magnitude(p)))
     }
 
     /// Whether its derivatives are those of a B-spline, not differences within a segment.
@@ -239,9 +245,9 @@ impl<const D: usize> Composite<D> {
     ///
     /// # Errors
     /// [`Fault::UnsuitableCurve`] with the first joint at which neighbours do not meet.
-    pub(crate) fn check_joined(&self) -> Result<(), Fault> {
-        let allowed = 64.0 * f64::EPSILON * self.magnitude();
-        let gap = |i: &usize| self.local(i - 1).last().distance(self.local(*i).first());
+    pub(crate) fn check_joined(&self, metric: &impl Metric<D>) -> Result<(), Fault> {
+        let allowed = 64.0 * f64::EPSILON * self.magnitude_in(metric);
+        let gap = |i: &usize| metric.distance(self.local(i - 1).last(), self.local(*i).first());
         let Some(i) = (1..self.breaks.segments()).find(|i| gap(i) > allowed) else { return Ok(()) };
         let t = self.breaks.as_slice()[i];
         Err(Fault::UnsuitableCurve(format!(

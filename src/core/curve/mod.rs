@@ -70,6 +70,33 @@ impl<const D: usize> Curve<D> {
         }
     }
 
+    /// The curve of the same kind with as many other control points, which may be of another
+    /// dimension.
+    ///
+    /// # Errors
+    /// Points that are not finite; of a closed curve, ends that are apart.
+    pub(crate) fn with_points<const E: usize>(
+        &self,
+        context: &Context,
+        points: Vec<Point<E>>,
+    ) -> Result<Curve<E>, Error> {
+        Ok(match self {
+            Curve::Single(curve) => {
+                Curve::Single(Single::new(context, curve.basis().clone(), points)?)
+            }
+            Curve::Piecewise(curve) => {
+                let (bases, breaks) = (curve.bases().clone(), curve.breaks().clone());
+                let (order, closed) = (curve.order(), curve.closed());
+                Curve::Piecewise(Piecewise::new(context, bases, order, breaks, closed, points)?)
+            }
+            Curve::BSpline(curve) => {
+                let knots = curve.knots().as_slice().to_vec();
+                let (degree, closed) = (curve.degree(), curve.closed());
+                Curve::BSpline(BSpline::new(context, degree, knots, points, closed)?)
+            }
+        })
+    }
+
     /// Whether the curve is declared to end where it starts.
     pub fn closed(&self) -> bool {
         match self {
