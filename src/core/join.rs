@@ -61,6 +61,8 @@ struct Chain<const D: usize> {
     original: Vec<Point<D>>,
     points: Vec<Point<D>>,
     movable: Vec<bool>,
+    /// One for each point, where the curves are rational.
+    weights: Option<Vec<f64>>,
     smoothness: Smoothness,
 }
 
@@ -89,14 +91,30 @@ pub fn join<const D: usize>(
     smoothness: Smoothness,
     movable: Movable,
 ) -> Result<Joined<D>, Error> {
+    let measure = |curve: &Piecewise<D>| {
+        continuity(context, &curve.composite(context)?, false, Tolerance::default())
+    };
+    join_weighted(context, curves, None, smoothness, movable, measure)
+}
+
+/// The same of curves whose control points have these weights, one after the other, and whose
+/// continuity is measured like this.
+pub(crate) fn join_weighted<const D: usize>(
+    context: &Context,
+    curves: Vec<Single<D>>,
+    weights: Option<Vec<f64>>,
+    smoothness: Smoothness,
+    movable: Movable,
+    measure: impl FnOnce(&Piecewise<D>) -> Result<Report, Error>,
+) -> Result<Joined<D>, Error> {
     check(context, &curves).at(Argument::Curves)?;
-    let mut chain = Chain::new(curves, smoothness, movable);
+    let mut chain = Chain { weights, ..Chain::new(curves, smoothness, movable) };
     if smoothness.is_geometric() {
         chain.descend(context)?;
     } else {
         chain.points = chain.solve(context, |left| chain.linked(left, Link { r: 1.0, s: 0.0 }))?;
     }
-    chain.finish(context)
+    chain.finish(context, measure)
 }
 
 fn check<const D: usize>(context: &Context, curves: &[Single<D>]) -> Result<(), Error> {
@@ -133,7 +151,16 @@ impl<const D: usize> Chain<D> {
         let lengths = curves.iter().map(|curve| curve.basis().length()).collect();
         let (bases, points): (Vec<_>, Vec<_>) = curves.into_iter().map(Single::into_parts).unzip();
         let points = points.concat();
-        Chain { order, lengths, bases, original: points.clone(), points, movable, smoothness }
+        Chain {
+            order,
+            lengths,
+            bases,
+            original: points.clone(),
+            points,
+            movable,
+            weights: None,
+            smoothness,
+        }
     }
 
     /// The link that a joint has, as far as it has one; `None` where the speed before it vanishes.
@@ -268,7 +295,11 @@ impl<const D: usize> Chain<D> {
         Ok(conditions)
     }
 
-    fn finish(self, context: &Context) -> Result<Joined<D>, Error> {
+    fn finish(
+        self,
+        context: &Context,
+        measure: impl FnOnce(&Piecewise<D>) -> Result<Report, Error>,
+    ) -> Result<Joined<D>, Error> {
         let per_curve = self.order + 1;
         let moves: Vec<f64> =
             self.points.iter().zip(&self.original).map(|(p, q)| p.distance(*q)).collect();
@@ -296,8 +327,7 @@ impl<const D: usize> Chain<D> {
             points,
         )
         .map_err(placed)?;
-        let continuity =
-            continuity(context, &curve.composite(context)?, false, Tolerance::default())?;
+        let continuity = measure(&curve)?;
         let together = gap <= limits::CONTINUITY_TOLERANCE * magnitude(curve.control_points());
         if !(together && is_met(smoothness, &continuity)) {
             return Err(Fault::UnsuitableCurve(impossible(smoothness, &continuity))

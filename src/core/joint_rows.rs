@@ -44,6 +44,33 @@ pub(crate) fn derivative_row(
     row
 }
 
+/// The same of a rational segment with these weights, which stay: by the quotient rule the
+/// derivatives of the curve are combinations of its control points too.
+pub(crate) fn rational_row(
+    basis: &Basis,
+    order: usize,
+    length: f64,
+    k: usize,
+    side: Side,
+    weights: &[f64],
+) -> Vec<f64> {
+    let mut rows: Vec<Vec<f64>> = Vec::with_capacity(k + 1);
+    let mut slopes = Vec::with_capacity(k + 1);
+    for i in 0..=k {
+        let mut row = derivative_row(basis, order, length, i, side);
+        row.iter_mut().zip(weights).for_each(|(factor, w)| *factor *= w);
+        slopes.push(row.iter().sum::<f64>());
+        let binomials = binomials(i);
+        for j in 1..=i {
+            let factor = binomials[j] * slopes[j];
+            row.iter_mut().zip(&rows[i - j]).for_each(|(a, b)| *a -= factor * b);
+        }
+        row.iter_mut().for_each(|factor| *factor /= slopes[0]);
+        rows.push(row);
+    }
+    rows.pop().unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,6 +88,23 @@ mod tests {
     fn equation_16(b: f64) -> [f64; 4] {
         let common = 6.0 / ((1.0 + b) * (1.0 + 2.0 * b));
         [1.0 + b, -2.0 - b, 1.0 - b, b].map(|x| x * common)
+    }
+
+    /// At the start of a rational quadratic `C' = 2 w1 / w0 (P1 - P0)`, and `C''` is known from
+    /// there (Farin 2002 section 13.4).
+    #[test]
+    fn rational_rows_are_the_derivatives_at_the_start() {
+        let basis = Basis::Bezier(crate::core::basis::Bezier);
+        let w = [2.0, 3.0, 5.0];
+        let row = |k| rational_row(&basis, 2, 1.0, k, Side::Start, &w);
+        let r = w[1] / w[0];
+        let first = [-2.0 * r, 2.0 * r, 0.0];
+        // C'' = 2 w2 / w0 (P2 - P0) + (4 w1 / w0 - 8 (w1 / w0)^2) (P1 - P0).
+        let (a, b) = (4.0 * r - 8.0 * r * r, 2.0 * w[2] / w[0]);
+        for (k, expected) in [(0, [1.0, 0.0, 0.0]), (1, first), (2, [-a - b, a, b])] {
+            let off = row(k).iter().zip(expected).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-13, "{k}: {:?} {expected:?}", row(k));
+        }
     }
 
     #[test]

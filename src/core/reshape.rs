@@ -127,7 +127,11 @@ fn reshaped_piecewise<const D: usize>(
         return Ok(bent);
     }
     let kept = kept_joints(context, old, composite, keep)?;
-    let changes = mend(context, &bent, &kept).at(Argument::Keep)?;
+    let row = |segment: usize, side: Side| {
+        let (a, b) = bent.breaks().interval(segment);
+        derivative_row(bent.bases().of(segment), order, b - a, 1, side)
+    };
+    let changes = mend(context, &bent, &kept, row).at(Argument::Keep)?;
     for (point, change) in points.iter_mut().zip(changes) {
         *point += change;
     }
@@ -135,11 +139,11 @@ fn reshaped_piecewise<const D: usize>(
 }
 
 /// A joint to keep smooth: its segments, and the ratio of the speeds after and before it.
-struct Kept {
-    parameter: f64,
-    left: usize,
-    right: usize,
-    ratio: f64,
+pub(crate) struct Kept {
+    pub(crate) parameter: f64,
+    pub(crate) left: usize,
+    pub(crate) right: usize,
+    pub(crate) ratio: f64,
 }
 
 /// The joints at which the old curve had the class to keep.
@@ -167,16 +171,13 @@ fn kept_joints<const D: usize>(
 
 /// The least changes of inner control points that make the end derivatives at the kept joints
 /// agree.
-fn mend<const D: usize>(
+pub(crate) fn mend<const D: usize>(
     context: &Context,
     curve: &Piecewise<D>,
     kept: &[Kept],
+    row: impl Fn(usize, Side) -> Vec<f64>,
 ) -> Result<Vec<Point<D>>, Error> {
     let order = curve.order();
-    let row = |segment: usize, side: Side| {
-        let (a, b) = curve.breaks().interval(segment);
-        derivative_row(curve.bases().of(segment), order, b - a, 1, side)
-    };
     let count = curve.control_points().len();
     let mut conditions = Vec::with_capacity(kept.len() * D);
     for joint in kept {

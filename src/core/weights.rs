@@ -39,6 +39,11 @@ impl Weights {
         Ok(Weights(weights))
     }
 
+    /// As many as there are points, all the same.
+    pub(crate) fn ones(points: usize) -> Self {
+        Weights(vec![1.0; points])
+    }
+
     /// The weights.
     pub fn as_slice(&self) -> &[f64] {
         &self.0

@@ -1,7 +1,6 @@
 //! The curvature comb: lines from the curve, against its normal, as long as it is curved.
 
 use crate::core::context::Context;
-use crate::core::curve::Composite;
 use crate::core::error::Error;
 use crate::core::point::Point;
 use crate::draw::canvas::Canvas;
@@ -32,29 +31,23 @@ fn per_segment(segments: usize) -> usize {
     (2_000 / segments).clamp(2, 32)
 }
 
-/// The comb of a curve. Places without speed have no normal, and no line.
+/// The comb of a curve of so many segments, given its point and two derivatives at the parameters
+/// `u` and `1 - u` of each. Places without speed have no normal, and no line.
 ///
 /// # Errors
 /// [`Fault::Cancelled`](crate::core::fault::Fault).
 pub fn teeth<const D: usize>(
     context: &Context,
-    composite: &Composite<D>,
+    count: usize,
+    jet: impl Fn(usize, f64, f64) -> [Point<D>; 3],
     view: fn(Point<D>) -> Point<2>,
 ) -> Result<Vec<Tooth>, Error> {
-    let velocity = composite.derivative(context)?;
-    let acceleration = velocity.derivative(context)?;
-    let (place, first, second) = (
-        composite.evaluator(context)?,
-        velocity.evaluator(context)?,
-        acceleration.evaluator(context)?,
-    );
-    let count = composite.breaks().segments();
     let steps = per_segment(count);
     let places = (0..count).flat_map(|segment| (0..=steps).map(move |i| (segment, i)));
     let tooth = |(segment, i): (usize, usize)| {
         let (u, v) = (i as f64 / steps as f64, (steps - i) as f64 / steps as f64);
-        let bend = bend(first.within(segment, u, v), second.within(segment, u, v))?;
-        Some(Tooth { base: view(place.within(segment, u, v)), bend: view(bend), first: i == 0 })
+        let [place, first, second] = jet(segment, u, v);
+        Some(Tooth { base: view(place), bend: view(bend(first, second)?), first: i == 0 })
     };
     context.collect(places.filter_map(tooth).filter(|tooth| tooth.bend.is_finite()))
 }

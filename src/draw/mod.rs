@@ -24,11 +24,11 @@ pub use text::{check_text, escape};
 use crate::core::argument::Argument;
 use crate::core::check::at_most;
 use crate::core::context::Context;
-use crate::core::curve::Curve;
 use crate::core::dimensioned::Dimensioned;
 use crate::core::error::{Error, Locate};
 use crate::core::limits;
 use crate::core::point::Point;
+use crate::core::rational::AnyCurve;
 use crate::core::surface::Surface;
 use axes::{draw_plane_axes, draw_space_axes};
 use canvas::Canvas;
@@ -40,7 +40,7 @@ use view::Box3;
 
 /// Curves of the plane, drawn as they are, y up; or of space, drawn in the fixed projection of this
 /// module, z up.
-pub type Curves = Dimensioned<Vec<Curve<2>>, Vec<Curve<3>>>;
+pub type Curves = Dimensioned<Vec<AnyCurve<2, 3>>, Vec<AnyCurve<3, 4>>>;
 
 /// How one curve or surface is told from the others.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -135,9 +135,9 @@ fn sketches(context: &Context, curves: &Curves, comb: bool) -> Result<Vec<Sketch
     Ok(sketches)
 }
 
-fn all<const D: usize>(
+fn all<const D: usize, const H: usize>(
     context: &Context,
-    curves: &[Curve<D>],
+    curves: &[AnyCurve<D, H>],
     view: fn(Point<D>) -> Point<2>,
     comb: bool,
 ) -> Result<Vec<Sketch>, Error> {
@@ -152,7 +152,16 @@ fn space_box(context: &Context, picture: &Picture) -> Result<Option<Box3>, Error
     let mut space = Box3::EMPTY;
     if let Curves::Space(curves) = &picture.curves {
         for curve in curves {
-            curve.composite(context)?.locals().for_each(|segment| space.add(segment.absolute()));
+            match curve {
+                AnyCurve::Polynomial(curve) => {
+                    let composite = curve.composite(context)?;
+                    composite.locals().for_each(|segment| space.add(segment.absolute()));
+                }
+                // The curve stays among its control points.
+                AnyCurve::Rational(rational) => {
+                    space.add(rational.curve().control_points().iter().copied());
+                }
+            }
         }
     }
     for surface in &picture.surfaces {
@@ -240,7 +249,7 @@ fn draw_curves(
     if picture.show.joints {
         canvas.open("joints", "");
         for (sketch, mark) in sketches.iter().zip(&picture.curve_marks) {
-            sketch.joints().iter().for_each(|&joint| {
+            sketch.joints.iter().for_each(|&joint| {
                 canvas.dot(context, frame.place(joint), 3.5, palette::color(mark.color))
             });
         }

@@ -28,6 +28,7 @@ use springline::core::join::{Movable, join};
 use springline::core::knots::Breaks;
 use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
+use springline::core::rational::AnyCurve;
 use springline::core::reshape::reshape;
 use springline::core::smoothness::Smoothness;
 use springline::core::subdivide::{Cuts, Form, subdivide};
@@ -164,7 +165,7 @@ fn picture(curves: Vec<Curve<3>>, surfaces: Vec<Surface>) -> Run {
     let picture = Picture {
         curve_marks: marks(curves.len()),
         surface_marks: marks(surfaces.len()),
-        curves: Curves::Space(curves),
+        curves: Curves::Space(curves.into_iter().map(AnyCurve::Polynomial).collect()),
         surfaces,
         show: Show { polygon: true, joints: true, comb: true, axes: true, legend: true },
         comb_scale: None,

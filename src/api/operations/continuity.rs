@@ -6,12 +6,11 @@ use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{
-    AnyDimensioned, Continuity, Curve, Dimensioned, ReportStyle, list, need, number,
+    AnyCurves, AnyDimensioned, Continuity, Curve, Dimensioned, ReportStyle, list, need, number,
 };
 use crate::core::check::at_most;
 use crate::core::context::Context;
 use crate::core::continuity as core;
-use crate::core::curve::{self, Composite};
 use crate::core::fault::Fault;
 use crate::core::rational;
 use crate::core::to_bspline::check_tolerance;
@@ -120,12 +119,10 @@ impl Request for ContinuityRequest {
     }
 }
 
-type Curves = Dimensioned<Vec<curve::Curve<2>>, Vec<curve::Curve<3>>>;
-
 /// What is measured: a curve, or curves laid end to end, closed or not.
 enum Measured {
     One(AnyDimensioned),
-    Several(Curves, bool),
+    Several(AnyCurves, bool),
 }
 
 fn parts(
@@ -150,7 +147,7 @@ fn parts(
 fn several(context: &Context, curves: Vec<Curve>, closed: bool) -> Result<Measured, Error> {
     at_most("curves", curves.len(), context.limits.segments, "Measure them in groups")
         .at("curves")?;
-    Ok(Measured::Several(Dimensioned::parse_list(context, curves).at("curves")?, closed))
+    Ok(Measured::Several(AnyDimensioned::parse_list(context, curves).at("curves")?, closed))
 }
 
 fn tolerance(relative: Option<f64>, gap: Option<f64>) -> Result<core::Tolerance, Error> {
@@ -172,37 +169,16 @@ fn tolerance(relative: Option<f64>, gap: Option<f64>) -> Result<core::Tolerance,
 
 fn laid_end_to_end(
     context: &Context,
-    curves: Curves,
+    curves: AnyCurves,
     closed: bool,
     tolerance: core::Tolerance,
     style: ReportStyle,
 ) -> Result<ContinuityAnswer, Error> {
-    fn all<const D: usize>(
-        context: &Context,
-        curves: &[curve::Curve<D>],
-    ) -> Result<Composite<D>, Error> {
-        let parts = curves.iter().enumerate().map(|(i, curve)| curve.composite(context).at(i));
-        Ok(Composite::end_to_end(context, &parts.collect::<Result<Vec<_>, _>>()?)?)
-    }
-    match curves {
-        Dimensioned::Plane(curves) => {
-            report(context, &all(context, &curves).at("curves")?, closed, tolerance, style)
-        }
-        Dimensioned::Space(curves) => {
-            report(context, &all(context, &curves).at("curves")?, closed, tolerance, style)
-        }
-    }
-}
-
-fn report<const D: usize>(
-    context: &Context,
-    composite: &Composite<D>,
-    closed: bool,
-    tolerance: core::Tolerance,
-    style: ReportStyle,
-) -> Result<ContinuityAnswer, Error> {
-    let report = core::continuity(context, composite, closed, tolerance)?;
-    Ok(answer((composite.breaks().domain(), report), style))
+    let measured = match curves {
+        Dimensioned::Plane(curves) => rational::end_to_end(context, &curves, closed, tolerance),
+        Dimensioned::Space(curves) => rational::end_to_end(context, &curves, closed, tolerance),
+    };
+    Ok(answer(measured.at("curves")?, style))
 }
 
 fn answer((domain, report): ((f64, f64), core::Report), style: ReportStyle) -> ContinuityAnswer {

@@ -5,12 +5,16 @@ use crate::api::error::{Error, Locate, both};
 use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
-use crate::api::wire::{Continuity, Curve, Dimensioned, Points, ReportStyle, list, need, part};
+use crate::api::wire::{
+    AnyCurves, AnyDimensioned, Continuity, Curve, Dimensioned, Points, ReportStyle, list, need,
+    part,
+};
 use crate::core::context::Context;
 use crate::core::curve::{self, Single};
 use crate::core::fault::Fault;
 use crate::core::join as core;
 use crate::core::point::Point;
+use crate::core::rational::{self, AnyCurve};
 use crate::core::smoothness;
 
 crate::names! {
@@ -136,22 +140,20 @@ impl Request for JoinRequest {
     }
 }
 
-type Curves = Dimensioned<Vec<curve::Curve<2>>, Vec<curve::Curve<3>>>;
-
 fn parts(
     context: &Context,
     curves: Option<Vec<Curve>>,
     smoothness: Option<Smoothness>,
-) -> Result<(Curves, Smoothness), Error> {
+) -> Result<(AnyCurves, Smoothness), Error> {
     both(
-        part(curves, "curves", |curves| Dimensioned::parse_list(context, curves)),
+        part(curves, "curves", |curves| AnyDimensioned::parse_list(context, curves)),
         need(smoothness, "smoothness"),
     )
 }
 
-fn join<const D: usize>(
+fn join<const D: usize, const H: usize>(
     context: &Context,
-    curves: Vec<curve::Curve<D>>,
+    curves: Vec<AnyCurve<D, H>>,
     smoothness: Smoothness,
     movable: Movable,
     style: ReportStyle,
@@ -161,6 +163,16 @@ where
 {
     let singles = curves.into_iter().enumerate().map(|(i, curve)| single(curve).at("family").at(i));
     let singles = singles.collect::<Result<Vec<_>, _>>().at("curves")?;
+    if singles.iter().any(|(_, weights)| weights.is_some()) {
+        let joined = rational::join::<D, H>(context, singles, smoothness.into(), movable.into())?;
+        return Ok(JoinAnswer {
+            curve: Curve::of_any(joined.curve),
+            moved: joined.moved,
+            continuity: Continuity::of_core(&joined.continuity, style),
+            movable,
+        });
+    }
+    let singles = singles.into_iter().map(|(single, _)| single).collect();
     let joined = core::join(context, singles, smoothness.into(), movable.into())?;
     Ok(JoinAnswer {
         curve: Curve::of_core(curve::Curve::Piecewise(joined.curve)),
@@ -170,9 +182,19 @@ where
     })
 }
 
-fn single<const D: usize>(curve: curve::Curve<D>) -> Result<Single<D>, Fault> {
+/// A segment and its weights, if it has any.
+type Weighted<const D: usize> = (Single<D>, Option<Vec<f64>>);
+
+fn single<const D: usize, const H: usize>(curve: AnyCurve<D, H>) -> Result<Weighted<D>, Fault> {
+    let (curve, weights) = match curve {
+        AnyCurve::Polynomial(curve) => (curve, None),
+        AnyCurve::Rational(rational) => {
+            let (curve, weights) = rational.into_parts();
+            (curve, Some(weights))
+        }
+    };
     match curve {
-        curve::Curve::Single(single) => Ok(single),
+        curve::Curve::Single(single) => Ok((single, weights)),
         _ => Err(Fault::UnsuitableCurve(
             "only single segments are joined; send the segments of a piecewise curve one by one"
                 .into(),

@@ -269,7 +269,7 @@ fn curves(
     let (mut plane, mut space, mut marks) = (Vec::new(), Vec::new(), Vec::new());
     let one = |(i, drawn): (usize, DrawnCurve)| {
         both(
-            part(drawn.curve, "curve", |value| value.parse_polynomial(context)),
+            part(drawn.curve, "curve", |value| value.parse(context)),
             mark(drawn.label, drawn.color, surfaces + i),
         )
         .at(i)

@@ -6,11 +6,12 @@ use crate::api::json::Request;
 use crate::api::operations::Example;
 use crate::api::operations::{Operation, Output};
 use crate::api::wire::{
-    Basis, Continuity, Curve, Dimensioned, Points, ReportStyle, bases, need, part,
+    AnyDimensioned, Basis, Continuity, Curve, Dimensioned, Points, ReportStyle, bases, need, part,
 };
 use crate::core::context::Context;
-use crate::core::curve::{self, Bases};
+use crate::core::curve::Bases;
 use crate::core::point::Point;
+use crate::core::rational::{self, AnyCurve};
 use crate::core::reshape as core;
 use crate::core::smoothness::Smoothness;
 
@@ -129,19 +130,19 @@ fn parts(
     curve: Option<Curve>,
     basis: Option<Basis>,
     each: Option<Vec<Basis>>,
-) -> Result<(Dimensioned, Bases), Error> {
+) -> Result<(AnyDimensioned, Bases), Error> {
     let given =
         if basis.is_none() { need(each.as_ref(), "basis` or `bases").map(drop) } else { Ok(()) };
     let (curve, (bases, ())) = both(
-        part(curve, "curve", |value| value.parse_polynomial(context)),
+        part(curve, "curve", |value| value.parse(context)),
         both(bases(context, basis, each), given),
     )?;
     Ok((curve, bases))
 }
 
-fn reshape<const D: usize>(
+fn reshape<const D: usize, const H: usize>(
     context: &Context,
-    curve: &curve::Curve<D>,
+    curve: &AnyCurve<D, H>,
     bases: Bases,
     keep: Keep,
     style: ReportStyle,
@@ -154,6 +155,19 @@ where
         Keep::G1 => Smoothness::G1,
         Keep::C1 => Smoothness::C1,
         Keep::C2 => Smoothness::C2,
+    };
+    let curve = match curve {
+        AnyCurve::Polynomial(curve) => curve,
+        AnyCurve::Rational(curve) => {
+            let reshaped = rational::reshape(context, curve, bases, wanted)?;
+            return Ok(ReshapeAnswer {
+                curve: Curve::of_rational(reshaped.curve),
+                continuity: Continuity::of_core(&reshaped.continuity, style),
+                curve_moved: reshaped.curve_moved,
+                points_moved: reshaped.points_moved,
+                keep,
+            });
+        }
     };
     let reshaped = core::reshape(context, curve, bases, wanted)?;
     Ok(ReshapeAnswer {

@@ -99,20 +99,18 @@ impl AnyDimensioned {
     }
 }
 
-impl Dimensioned {
+/// Curves of one dimension, with weights or without.
+pub type AnyCurves = Dimensioned<Vec<AnyCurve<2, 3>>, Vec<AnyCurve<3, 4>>>;
+
+impl AnyDimensioned {
     /// Curves of one dimension, that of the first.
     ///
     /// # Errors
     /// Faults of a curve at its place in the list; no curve at all; a curve of another dimension.
-    pub fn parse_list(
-        context: &Context,
-        curves: Vec<Curve>,
-    ) -> Result<Dimensioned<Vec<core::Curve<2>>, Vec<core::Curve<3>>>, Error> {
+    pub fn parse_list(context: &Context, curves: Vec<Curve>) -> Result<AnyCurves, Error> {
         crate::core::check::at_least("curves", curves.len(), 1)?;
         let parsed =
-            every(curves.into_iter().enumerate().map(|(i, curve)| {
-                curve.parse(context).and_then(AnyDimensioned::polynomial).at(i)
-            }))?;
+            every(curves.into_iter().enumerate().map(|(i, curve)| curve.parse(context).at(i)))?;
         let (mut plane, mut space) = (Vec::new(), Vec::new());
         for (i, curve) in parsed.into_iter().enumerate() {
             match curve {
@@ -281,6 +279,17 @@ impl Curve {
                 control_points: Some(curve.into_control_points().into()),
                 ..Self::of(CurveFamily::BSpline)
             },
+        }
+    }
+
+    /// The curve of an answer, with weights or without.
+    pub fn of_any<const D: usize, const H: usize>(curve: AnyCurve<D, H>) -> Self
+    where
+        Points: From<Vec<Point<D>>>,
+    {
+        match curve {
+            AnyCurve::Polynomial(curve) => Self::of_core(curve),
+            AnyCurve::Rational(curve) => Self::of_rational(curve),
         }
     }
 

@@ -23,7 +23,7 @@ pub mod tolerant;
 mod variant;
 
 pub use basis::{Basis, Shape, Target, bases};
-pub use curve::{AnyDimensioned, Curve, Dimensioned};
+pub use curve::{AnyCurves, AnyDimensioned, Curve, Dimensioned};
 pub use entry::{refuse, set, set_by};
 pub use failure::meant;
 pub use field::{Described, Field, Tuple, Whole, list, need, number, part, whole};

@@ -2,7 +2,7 @@
 
 use super::BSpline;
 use crate::core::bezier_form::derivative_size;
-use crate::core::bezier_form::{binomials, elevate, hodograph, horner, scaled, unit_of};
+use crate::core::bezier_form::{bernstein, binomials, elevate, hodograph, horner, scaled, unit_of};
 use crate::core::context::Context;
 use crate::core::error::Error;
 use crate::core::fault::Fault;
@@ -40,6 +40,13 @@ pub struct Segment<'a, const D: usize> {
 }
 
 impl<const D: usize> Segment<'_, D> {
+    /// The point at its own parameter `u`, with `v = 1 - u`.
+    pub(crate) fn at(&self, u: f64, v: f64) -> Point<D> {
+        let weights = bernstein(self.points.len() - 1, u, v);
+        let sum = |sum: Point<D>, (&p, &b): (&Point<D>, &f64)| sum + p * b;
+        placed(self.origin, self.points.iter().zip(&weights).fold(Point::ZERO, sum))
+    }
+
     /// The first point.
     pub fn first(&self) -> Point<D> {
         placed(self.origin, self.points[0])

@@ -2,7 +2,7 @@
 
 use super::Chain;
 use super::directions::unit_vector;
-use crate::core::joint_rows::{Side, derivative_row};
+use crate::core::joint_rows::{Side, derivative_row, rational_row};
 use crate::core::linear::least_change::Condition;
 use crate::core::point::Point;
 
@@ -17,7 +17,15 @@ pub(super) struct Link {
 impl<const D: usize> Chain<D> {
     /// The `k`-th derivative at an end, as factors of the curve's control points.
     pub(super) fn row(&self, curve: usize, k: usize, side: Side) -> Vec<f64> {
-        derivative_row(&self.bases[curve], self.order, self.lengths[curve], k, side)
+        let (basis, length) = (&self.bases[curve], self.lengths[curve]);
+        match &self.weights {
+            None => derivative_row(basis, self.order, length, k, side),
+            Some(weights) => {
+                let first = curve * (self.order + 1);
+                let weights = &weights[first..=first + self.order];
+                rational_row(basis, self.order, length, k, side, weights)
+            }
+        }
     }
 
     /// Its value now.

@@ -4,6 +4,7 @@ use super::{AnyCurve, Rational};
 use crate::core::argument::Argument;
 use crate::core::context::Context;
 use crate::core::continuity::{Report, Tolerance, continuity as of_composite, measured};
+use crate::core::curve::Composite;
 use crate::core::error::{Error, Locate};
 use crate::core::gaps::Order;
 use crate::core::homogeneous::{project_jet, projected, weight};
@@ -33,6 +34,42 @@ pub fn continuity<const D: usize, const H: usize>(
             Ok((breaks.domain(), report))
         }
     }
+}
+
+/// Measures every joint of curves laid end to end, each over an interval as long as its own domain;
+/// the first starts at 0.
+///
+/// # Errors
+/// As [`continuity`], with the place of the curve.
+pub fn end_to_end<const D: usize, const H: usize>(
+    context: &Context,
+    curves: &[AnyCurve<D, H>],
+    closed: bool,
+    tolerance: Tolerance,
+) -> Result<((f64, f64), Report), Error> {
+    let polynomial = |curve: &AnyCurve<D, H>| match curve {
+        AnyCurve::Polynomial(curve) => Some(curve.composite(context)),
+        AnyCurve::Rational(_) => None,
+    };
+    let parts: Vec<_> = curves.iter().map_while(polynomial).collect();
+    if parts.len() == curves.len() {
+        let parts = parts.into_iter().enumerate().map(|(i, part)| part.at(i));
+        let parts = parts.collect::<Result<Vec<_>, _>>()?;
+        let whole = Composite::end_to_end(context, &parts)?;
+        let report = of_composite(context, &whole, closed, tolerance)?;
+        return Ok((whole.breaks().domain(), report));
+    }
+    let (mut knots, mut segments) = (vec![0.0], Vec::new());
+    for (i, curve) in curves.iter().enumerate() {
+        let orders = Orders::of(context, &curve.weighted()).at(i)?;
+        let start = knots[knots.len() - 1];
+        let own = orders.breaks.as_slice();
+        knots.extend(own[1..].iter().map(|t| start + (t - own[0])));
+        segments.extend(orders.segments);
+    }
+    let breaks = Breaks::new(context, knots)?;
+    let report = measured(context, &breaks, |i| segments[i], closed, tolerance)?;
+    Ok((breaks.domain(), report))
 }
 
 /// What is compared at the joints: points and the first two derivatives of each segment.

@@ -74,3 +74,16 @@ fn projected<const D: usize, const H: usize>(
     }
     Ok(found)
 }
+
+/// Points of the curve in order, joined by lines within a tolerance of it.
+///
+/// # Errors
+/// As [`evaluate`].
+pub fn polyline<const D: usize, const H: usize>(
+    context: &Context,
+    curve: &Rational<D, H>,
+    tolerance: f64,
+) -> Result<Vec<Point<D>>, Error> {
+    let sampling = Sampling::Tolerance(tolerance);
+    Ok(evaluate(context, curve, &sampling, 0, Quantities::default())?.points)
+}

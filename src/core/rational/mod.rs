@@ -7,12 +7,18 @@
 mod continuity;
 mod convert;
 mod evaluate;
+mod jets;
+mod join;
+mod reshape;
 mod subdivide;
 mod to_bspline;
 
-pub use continuity::continuity;
+pub use continuity::{continuity, end_to_end};
 pub use convert::{Converted, convert};
-pub use evaluate::evaluate;
+pub use evaluate::{evaluate, polyline};
+pub(crate) use jets::Jets;
+pub use join::{Joined, join};
+pub use reshape::{Reshaped, reshape};
 pub use subdivide::{Subdivision, subdivide};
 pub use to_bspline::{Conversion, to_bspline};
 
@@ -65,6 +71,17 @@ impl<const D: usize, const H: usize> AnyCurve<D, H> {
         } else {
             AnyCurve::Rational(rational)
         })
+    }
+
+    /// With weights: without any they are 1.
+    pub(crate) fn weighted(&self) -> Rational<D, H> {
+        match self {
+            AnyCurve::Rational(rational) => rational.clone(),
+            AnyCurve::Polynomial(curve) => {
+                let weights = Weights::ones(curve.control_points().len());
+                Rational { curve: curve.clone(), weights }
+            }
+        }
     }
 
     /// The curve of the control points alone.

@@ -1,0 +1,84 @@
+//! Joining rational curves smoothly.
+
+use super::{AnyCurve, Rational, continuity};
+use crate::core::argument::Argument;
+use crate::core::context::Context;
+use crate::core::continuity::{Report, Tolerance};
+use crate::core::curve::{Curve, Piecewise, Single};
+use crate::core::error::Error;
+use crate::core::join::{Movable, join_weighted};
+use crate::core::smoothness::Smoothness;
+
+/// Rational curves joined.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joined<const D: usize, const H: usize> {
+    /// The piecewise curve.
+    pub curve: AnyCurve<D, H>,
+    /// As [`moved`](crate::core::join::Joined::moved).
+    pub moved: Vec<Vec<f64>>,
+    /// The continuity reached, measured on the curve.
+    pub continuity: Report,
+}
+
+/// Joins curves of which some have weights: as [`join`](crate::core::join::join). Control points
+/// move, weights do not, but for one factor of each curve, which makes neighbours agree at their
+/// joint and changes no curve.
+///
+/// # Errors
+/// As [`join`](crate::core::join::join). At `curves`: weights that then differ too much.
+pub fn join<const D: usize, const H: usize>(
+    context: &Context,
+    curves: Vec<(Single<D>, Option<Vec<f64>>)>,
+    smoothness: Smoothness,
+    movable: Movable,
+) -> Result<Joined<D, H>, Error> {
+    let (singles, weights) = with_common_weights(curves);
+    let shared = shared(&singles, &weights);
+    let weighted = |curve: &Piecewise<D>| {
+        let curve = Curve::Piecewise(curve.clone());
+        AnyCurve::<D, H>::new(context, curve, shared.clone())
+            .map_err(|error| error.fault.at(Argument::Curves))
+    };
+    let measure =
+        |curve: &Piecewise<D>| Ok(continuity(context, &weighted(curve)?, Tolerance::default())?.1);
+    let found = join_weighted(context, singles, Some(weights), smoothness, movable, measure)?;
+    let (curve, moved, continuity) = (weighted(&found.curve)?, found.moved, found.continuity);
+    Ok(Joined { curve, moved, continuity })
+}
+
+/// The curves, and the weights of all their points, the same on both sides of each joint.
+fn with_common_weights<const D: usize>(
+    curves: Vec<(Single<D>, Option<Vec<f64>>)>,
+) -> (Vec<Single<D>>, Vec<f64>) {
+    let mut all: Vec<f64> = Vec::new();
+    let mut singles = Vec::with_capacity(curves.len());
+    for (curve, weights) in curves {
+        let weights = weights.unwrap_or_else(|| vec![1.0; curve.order() + 1]);
+        let factor = all.last().map_or(1.0, |last| last / weights[0]);
+        all.extend(weights.iter().map(|w| w * factor));
+        singles.push(curve);
+    }
+    (singles, all)
+}
+
+/// The weights of the joined curve, whose neighbours share the point at their joint.
+fn shared<const D: usize>(singles: &[Single<D>], weights: &[f64]) -> Vec<f64> {
+    let mut shared: Vec<f64> = Vec::with_capacity(weights.len());
+    let mut rest = weights;
+    for single in singles {
+        let (own, after) = rest.split_at(single.order() + 1);
+        shared.extend(&own[usize::from(!shared.is_empty())..]);
+        rest = after;
+    }
+    shared
+}
+
+impl<const D: usize, const H: usize> Rational<D, H> {
+    /// Its one segment and the weights, if it is one.
+    pub fn into_single(self) -> Option<(Single<D>, Vec<f64>)> {
+        match self.into_parts() {
+            (Curve::Single(single), weights) => Some((single, weights)),
+            _ => None,
+        }
+    }
+}
