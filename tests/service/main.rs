@@ -31,3 +31,4 @@ mod readme;
 mod settings;
 mod stop;
 mod surfaces;
+mod weights;

@@ -142,6 +142,11 @@ pub const EXAMPLES: &[Example] = &[
         "A quasi-bezier curve to a tolerance (Chen 2013 Figure 2)",
         include_str!("../../../openapi/examples/evaluate-chen-figure-2.json"),
     ),
+    Example::new(
+        "circle",
+        "A circle: nine control points with weights",
+        include_str!("../../../openapi/examples/evaluate-circle.json"),
+    ),
 ];
 
 /// Sample a curve.

@@ -96,6 +96,11 @@ pub const EXAMPLES: &[Example] = &[
         "A surface with its control net (Li 2014 Figure 7)",
         include_str!("../../../openapi/examples/render-li-figure-7.json"),
     ),
+    Example::new(
+        "weights",
+        "One weight of a Beta-Bezier curve: 0.2, 1, 5",
+        include_str!("../../../openapi/examples/render-weights.json"),
+    ),
 ];
 
 /// Draw curves and surfaces.
