@@ -3,6 +3,7 @@
 //!
 //! Stable Rust cannot say `H = D + 1` in a type; a wrong pair does not compile.
 
+use super::bezier_form::binomials;
 use super::point::Point;
 
 /// The point of this weight, one dimension up.
@@ -12,41 +13,54 @@ pub(crate) fn lifted<const D: usize, const H: usize>(p: Point<D>, weight: f64) -
 }
 
 /// The weight.
+#[inline]
 pub(crate) fn weight<const H: usize>(h: Point<H>) -> f64 {
     h[H - 1]
 }
 
 /// `w P`, without the weight.
+#[inline]
 pub(crate) fn numerator<const D: usize, const H: usize>(h: Point<H>) -> Point<D> {
     const { assert!(H == D + 1) };
     Point(std::array::from_fn(|k| h[k]))
 }
 
 /// The point itself.
+#[inline]
 pub(crate) fn projected<const D: usize, const H: usize>(h: Point<H>) -> Point<D> {
     let w = weight(h);
-    numerator::<D, H>(h).map(|x| x / w)
+    // All coordinates at once: one instruction.
+    numerator(h.map(|x| x / w))
 }
 
-/// The point and the derivatives of a rational curve, from those in homogeneous coordinates.
+/// The `k`-th derivative of a rational curve, from those of `(A, w)` and its own lower ones.
 ///
 /// With `E = A - C(t) w`, which vanishes at `t`, the quotient rule is `C^(k) = (E^(k) - sum of
 /// binomial(k, i) w^(i) C^(k - i) for 0 < i < k) / w`: what is subtracted first is as large as the
 /// curve is away from the origin, so the origin should be near.
-pub(crate) fn project_jet<const D: usize, const H: usize>(jet: &[Point<H>]) -> Vec<Point<D>> {
-    let (first, w) = (projected::<D, H>(jet[0]), weight(jet[0]));
-    let mut derivatives: Vec<Point<D>> = Vec::with_capacity(jet.len());
-    derivatives.push(first);
-    for k in 1..jet.len() {
-        let mut sum = numerator::<D, H>(jet[k]) - first * weight(jet[k]);
-        let mut binomial = 1.0;
-        for i in 1..k {
-            binomial *= (k + 1 - i) as f64 / i as f64;
-            sum = sum - derivatives[k - i] * (binomial * weight(jet[i]));
-        }
-        derivatives.push(sum.map(|x| x / w));
+#[inline]
+pub(crate) fn derivative<const D: usize, const H: usize>(
+    binomials: &[f64],
+    lifted: impl Fn(usize) -> Point<H>,
+    own: impl Fn(usize) -> Point<D>,
+) -> Point<D> {
+    let k = binomials.len() - 1;
+    let first = numerator::<D, H>(lifted(k)) - own(0) * weight(lifted(k));
+    let term = |i: usize| own(k - i) * (binomials[i] * weight(lifted(i)));
+    let w = weight(lifted(0));
+    (1..k).fold(first, |sum, i| sum - term(i)).map(|x| x / w)
+}
+
+/// The point and the derivatives of a rational curve at one parameter.
+pub(crate) fn project_jet<const D: usize, const H: usize, const N: usize>(
+    jet: [Point<H>; N],
+) -> [Point<D>; N] {
+    let mut found = [Point::ZERO; N];
+    found[0] = projected(jet[0]);
+    for k in 1..N {
+        found[k] = derivative(binomials(k), |i| jet[i], |i| found[i]);
     }
-    derivatives
+    found
 }
 
 /// A bound for the distance of a rational Bezier curve with positive weights from its chord, and of
@@ -82,7 +96,7 @@ mod tests {
     fn the_quotient_rule_gives_known_derivatives() {
         let t = 0.75;
         let jet = [[t, t * t, 1.0 + t], [1.0, 2.0 * t, 1.0], [0.0, 2.0, 0.0], [0.0; 3]].map(Point);
-        let found = project_jet::<2, 3>(&jet);
+        let found = project_jet::<2, 3, 4>(jet);
         // x = 1 - 1 / s and y = s - 2 + 1 / s with s = 1 + t.
         let s: f64 = 1.0 + t;
         let expected = [

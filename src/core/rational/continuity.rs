@@ -88,8 +88,8 @@ impl<const D: usize> Orders<D> {
         let breaks = composite.breaks();
         let of_segment = |i: usize| {
             let jets = [composite.local(i), first.local(i), second.local(i)];
-            let start = project_jet::<D, H>(&jets.map(|segment| segment.first()));
-            let end = project_jet::<D, H>(&jets.map(|segment| segment.last()));
+            let start = project_jet::<D, H, 3>(jets.map(|segment| segment.first()));
+            let end = project_jet::<D, H, 3>(jets.map(|segment| segment.last()));
             let points = || jets[0].absolute();
             let size = points().fold(0.0, |m, h| larger(m, h.max_abs()));
             let reach = points().map(|h| projected::<D, H>(h).max_abs()).fold(0.0, larger);

@@ -2,12 +2,13 @@
 
 use super::Rational;
 use crate::core::argument::Argument;
+use crate::core::bezier_form::binomials;
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate};
 use crate::core::evaluate::{
     Quantities, Samples, Sampling, check, check_size, frames, jets, parameters,
 };
-use crate::core::homogeneous::{project_jet, weight};
+use crate::core::homogeneous::{self, numerator, weight};
 use crate::core::local::placed;
 use crate::core::point::{Point, magnitude};
 
@@ -24,9 +25,9 @@ pub fn evaluate<const D: usize, const H: usize>(
     quantities: Quantities,
 ) -> Result<Samples<D>, Error> {
     check::<D>(context, sampling, derivatives, quantities)?;
-    let homogeneous = curve.homogeneous(context).at(Argument::Curve)?;
-    let composite = homogeneous.curve.composite(context).at(Argument::Curve)?;
-    let parameters = parameters(context, &composite, sampling, &homogeneous.metric())?;
+    let source = curve.homogeneous(context).at(Argument::Curve)?;
+    let composite = source.curve.composite(context).at(Argument::Curve)?;
+    let parameters = parameters(context, &composite, sampling, &source.metric())?;
     check_size(context, parameters.len(), derivatives, quantities)?;
     let highest = derivatives.max(quantities.highest_derivative());
     let lifted = jets(context, &composite, &parameters, highest)?;
@@ -50,27 +51,35 @@ pub fn evaluate<const D: usize, const H: usize>(
         [first, (of(1) * reach + 2.0 * (slope * first + of(0) * speed)) / w]
     };
     let frames = frames(context, &jets, quantities, rounding)?;
-    let placed = |p: Point<D>| placed(homogeneous.origin, p);
-    let points = context.collect(jets[0].iter().map(|&p| placed(p)))?;
-    let jets = std::iter::once(points).chain(jets.into_iter().skip(1)).collect();
+    let mut jets = jets;
+    jets[0].iter_mut().for_each(|p| *p = placed(source.origin, *p));
     Ok(Samples::new(composite.breaks().domain(), parameters, jets, derivatives, frames))
 }
 
-/// Each sample's jet, from an origin; `lists[k]` are the `k`-th derivatives.
+/// The points and derivatives of the curve, from those in homogeneous coordinates; `lists[k]` are
+/// the `k`-th derivatives. As [`derivative`](homogeneous::derivative), order by order, so that many
+/// parameters go through each step together.
 fn projected<const D: usize, const H: usize>(
     context: &Context,
     lists: &[Vec<Point<H>>],
 ) -> Result<Vec<Vec<Point<D>>>, Error> {
-    let count = lists[0].len();
-    let mut found: Vec<Vec<Point<D>>> = lists.iter().map(|_| Vec::with_capacity(count)).collect();
-    let mut pace = context.pace();
-    let mut jet = Vec::with_capacity(lists.len());
-    for i in 0..count {
-        pace.step()?;
-        jet.clear();
-        jet.extend(lists.iter().map(|list| list[i]));
-        let derivatives = project_jet::<D, H>(&jet);
-        found.iter_mut().zip(derivatives).for_each(|(list, p)| list.push(p));
+    context.checkpoint()?;
+    let points: Vec<Point<D>> = lists[0].iter().map(|&h| homogeneous::projected(h)).collect();
+    let mut found = vec![points];
+    for k in 1..lists.len() {
+        context.checkpoint()?;
+        let first = |(&h, &p): (&Point<H>, &Point<D>)| numerator::<D, H>(h) - p * weight(h);
+        let mut list: Vec<Point<D>> = lists[k].iter().zip(&found[0]).map(first).collect();
+        for i in 1..k {
+            let binomial = binomials(k)[i];
+            for ((sum, &p), &h) in list.iter_mut().zip(&found[k - i]).zip(&lists[i]) {
+                *sum = *sum - p * (binomial * weight(h));
+            }
+        }
+        for (sum, &h) in list.iter_mut().zip(&lists[0]) {
+            *sum = sum.map(|x| x / weight(h));
+        }
+        found.push(list);
     }
     Ok(found)
 }

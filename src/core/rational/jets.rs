@@ -5,6 +5,7 @@ use crate::core::context::Context;
 use crate::core::curve::Composite;
 use crate::core::error::Error;
 use crate::core::homogeneous::project_jet;
+
 use crate::core::local::placed;
 use crate::core::point::Point;
 
@@ -35,7 +36,7 @@ impl<const D: usize, const H: usize> Jets<D, H> {
     /// The point and the derivatives of a segment at its own parameter `u`, with `v = 1 - u`.
     pub(crate) fn within(&self, segment: usize, u: f64, v: f64) -> [Point<D>; 3] {
         let jet = self.curves.each_ref().map(|curve| curve.local(segment).at(u, v));
-        let jet = project_jet::<D, H>(&jet);
-        [placed(self.lifted.origin, jet[0]), jet[1], jet[2]]
+        let [point, first, second] = project_jet(jet);
+        [placed(self.lifted.origin, point), first, second]
     }
 }
