@@ -119,12 +119,21 @@ pub(crate) fn difference<const D: usize>(
 /// Splits at `u` by de Casteljau's algorithm: the control points of `[0, u]` and of `[u, 1]`.
 /// The last point of the first half is the first of the second.
 pub fn split<const D: usize>(points: &[Point<D>], u: f64) -> (Vec<Point<D>>, Vec<Point<D>>) {
+    split_between(points, u, 1.0 - u)
+}
+
+/// The same with `v = 1 - u` given by the caller, who may know it to more digits.
+pub(crate) fn split_between<const D: usize>(
+    points: &[Point<D>],
+    u: f64,
+    v: f64,
+) -> (Vec<Point<D>>, Vec<Point<D>>) {
     let mut right = points.to_vec();
     let mut left = Vec::with_capacity(points.len());
     for last in (0..points.len()).rev() {
         left.push(right[0]);
         for i in 0..last {
-            right[i] = right[i].lerp(right[i + 1], u);
+            right[i] = right[i] * v + right[i + 1] * u;
         }
     }
     (left, right)

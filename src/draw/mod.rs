@@ -166,7 +166,7 @@ fn space_box(context: &Context, picture: &Picture) -> Result<Option<Box3>, Error
     }
     for surface in &picture.surfaces {
         context.checkpoint()?;
-        space.add(surface.patch().rows().flatten().copied());
+        space.add(surface.shape().hull());
     }
     Ok((!space.is_empty()).then_some(space))
 }

@@ -39,13 +39,13 @@ impl Shaded {
     /// # Errors
     /// [`Fault::Cancelled`](crate::core::fault::Fault).
     pub fn of(context: &Context, surface: &Surface) -> Result<Self, Error> {
-        let patch = surface.patch();
+        let shape = surface.shape();
         let at = |[a, b]: [f64; 2], i: usize| a + (b - a) * i as f64 / CELLS as f64;
-        let [u, v] = patch.domain().map(|(a, b)| [a, b]);
+        let [u, v] = shape.domain().map(|(a, b)| [a, b]);
         let row = |i: usize| {
             context
                 .checkpoint()
-                .map(|()| (0..=CELLS).map(|j| patch.at(at(u, i), at(v, j))).collect())
+                .map(|()| (0..=CELLS).map(|j| shape.at(at(u, i), at(v, j))).collect())
         };
         let grid: Vec<Vec<Point<3>>> = (0..=CELLS).map(row).collect::<Result<_, _>>()?;
         let rows: Vec<Vec<Point<3>>> = surface.rows().map(<[_]>::to_vec).collect();

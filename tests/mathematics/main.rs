@@ -26,6 +26,7 @@ mod limits;
 mod near;
 mod properties;
 mod rational;
+mod rational_surfaces;
 mod references;
 mod reshape;
 mod vectors;

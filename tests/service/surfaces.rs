@@ -526,3 +526,114 @@ fn a_piece_goes_back_in() {
             && !mesh["triangles"].as_array().unwrap().is_empty()
     );
 }
+
+// ---- weights
+
+/// A sixteenth of a torus: a quarter turn of a quarter of a circle.
+fn torus() -> Value {
+    let arc = [1.0, 0.5_f64.sqrt(), 1.0];
+    let weights = arc.map(|a| arc.map(|b| a * b));
+    json!({"u": {"family": "bezier"}, "v": {"family": "bezier"}, "weights": weights, "control_net": [
+        [[4, 0, 0], [4, 4, 0], [0, 4, 0]], [[4, 0, 1], [4, 4, 1], [0, 4, 1]],
+        [[3, 0, 1], [3, 3, 1], [0, 3, 1]],
+    ]})
+}
+
+#[test]
+fn a_wrong_weight_is_refused_at_its_row_and_column() {
+    let server = Server::start();
+    let refuse = |weights: Value, code: &str, pointers: &[&str]| {
+        let surface = with_key(&torus(), "", "weights", weights);
+        for (path, rest) in [
+            ("surfaces/evaluate", json!({"at": {"kind": "grid", "u": 2, "v": 2}})),
+            ("surfaces/subdivide", json!({"at": {"u": [0.5]}})),
+            ("surfaces/tessellate", json!({"tolerance": 0.1})),
+        ] {
+            let body = with_key(&rest, "", "surface", surface.clone());
+            let answer = server.post_json(&format!("/v1/{path}"), &body);
+            assert_eq!(answer.status, 422, "{}", answer.text());
+            let answer = answer.json();
+            let errors = answer["errors"].as_array().unwrap();
+            let found: Vec<_> = errors.iter().map(|e| e["pointer"].as_str().unwrap()).collect();
+            let expected: Vec<_> = pointers.iter().map(|p| format!("/surface{p}")).collect();
+            assert_eq!(
+                (answer["code"].as_str(), found),
+                (Some(code), expected.iter().map(String::as_str).collect())
+            );
+        }
+    };
+    refuse(
+        json!([[1, 1, 1], [1, -1, 0], [1, 1, 1]]),
+        "out_of_range",
+        &["/weights/1/1", "/weights/1/2"],
+    );
+    refuse(json!([[1, 1, 1], [1, 1, 1], [1e-12, 1, 1.5]]), "out_of_range", &["/weights/2/0"]);
+    refuse(json!([[1, 1, 1], [1, 1, 1]]), "wrong_count", &["/weights"]);
+    refuse(json!([[1, 1, 1], [1, 1], [1, 1, 1]]), "wrong_count", &["/weights/1"]);
+    refuse(json!([[], [], []]), "wrong_count", &["/weights/0", "/weights/1", "/weights/2"]);
+}
+
+#[test]
+fn a_wrong_net_does_not_hide_a_wrong_weight() {
+    let server = Server::start();
+    let weights = json!([[1, 1, 1], [1, 1, 0], [1, 1, 1]]);
+    let surface = with_key(&torus(), "", "weights", weights);
+    let flat = json!([
+        [[0, 0], [1, 1], [2, 2]],
+        [[0, 0, 0], [1, 1, 1], [2, 2, 2]],
+        [[0, 0, 0], [1, 1, 1], [2, 2, 3]]
+    ]);
+    let surface = with(&surface, "/control_net", flat);
+    let body = json!({"surface": surface, "tolerance": 0.1});
+    let answer = server.post_json("/v1/surfaces/tessellate", &body).json();
+    let pointers: Vec<_> =
+        answer["errors"].as_array().unwrap().iter().map(|e| &e["pointer"]).collect();
+    assert_eq!(pointers, ["/surface/control_net/0", "/surface/weights/1/2"]);
+}
+
+#[test]
+fn equal_weights_give_the_bytes_that_none_give() {
+    let server = Server::start();
+    let plain = example();
+    let equal = with_key(&plain, "", "weights", json!(vec![vec![0.7; 4]; 4]));
+    for (path, rest) in [
+        (
+            "surfaces/evaluate",
+            json!({"at": {"kind": "grid", "u": 9, "v": 9}, "derivatives": 2, "quantities": ["normal"]}),
+        ),
+        ("surfaces/subdivide", json!({"at": {"u": [0.25], "v": [0.5]}})),
+        ("surfaces/tessellate", json!({"tolerance": 0.01})),
+    ] {
+        let answer = |surface: &Value| {
+            server
+                .post_json(&format!("/v1/{path}"), &with_key(&rest, "", "surface", surface.clone()))
+                .text()
+        };
+        assert_eq!(answer(&equal), answer(&plain), "{path}");
+        assert_ne!(answer(&with(&equal, "/weights/1/1", json!(0.5))), answer(&plain), "{path}");
+    }
+}
+
+#[test]
+fn a_rational_piece_goes_back_in_and_is_drawn() {
+    let server = Server::start();
+    let whole = torus();
+    let cut = json!({"surface": whole, "at": {"u": [0.5], "v": [0.25]}});
+    let answer = server.ok("/v1/surfaces/subdivide", &cut);
+    assert_eq!(answer["pieces"].as_array().unwrap().len(), 4);
+    for piece in answer["pieces"].as_array().unwrap() {
+        let surface = &piece["surface"];
+        assert!(numbers(&surface["weights"][1]).iter().all(|&w| w > 0.0 && w <= 1.0), "{surface}");
+        let at = json!({"kind": "grid", "u": 5, "v": 5});
+        let samples = server.ok("/v1/surfaces/evaluate", &json!({"surface": surface, "at": at}));
+        for p in crate::laws::points::<3>(&samples["points"]) {
+            assert!(((p[0].hypot(p[1]) - 3.0).hypot(p[2]) - 1.0).abs() <= 2e-15, "{p:?}");
+        }
+    }
+    let picture = |surface: &Value| {
+        server.post_json("/v1/render", &json!({"surfaces": [{"surface": surface}]})).text()
+    };
+    let flatter = with(&whole, "/weights/1/1", json!(1e-3));
+    assert_ne!(picture(&flatter), picture(&whole));
+    assert!(picture(&whole).starts_with("<svg"), "{}", picture(&whole));
+}

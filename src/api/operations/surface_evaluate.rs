@@ -106,6 +106,11 @@ pub const EXAMPLES: &[Example] = &[
         "beta-bezier along u, bezier along v, with curvatures",
         include_str!("../../../openapi/examples/surfaces-evaluate-mixed-families.json"),
     ),
+    Example::new(
+        "torus",
+        "A sixteenth of a torus, with weights (Piegl and Tiller 1997, section 8.5)",
+        include_str!("../../../openapi/examples/surfaces-evaluate-torus.json"),
+    ),
 ];
 
 /// Sample a surface.

@@ -70,7 +70,8 @@ impl Operation for SurfaceTessellate {
     const TAG: &str = "Surfaces";
     const SUMMARY: &str = "Turn a surface into triangles";
     const DESCRIPTION: &str = "\
-        As few cells of a regular grid as prove the tolerance (Filip et al. 1986). \
+        As few cells of a regular grid as prove the tolerance (Filip et al. 1986); with weights, \
+        cells that are cut until their control points prove it. \
         Cost: linear in vertices times the product of the degrees.";
     const ANSWERED: &str = "The mesh.";
     const EXAMPLES: &[Example] = EXAMPLES;

@@ -4,7 +4,7 @@ use utoipa::openapi::schema::ArrayBuilder;
 
 use crate::api::error::{Error, Locate, both, every};
 use crate::api::wire::basis::Basis;
-use crate::api::wire::field::{Tuple, list, part};
+use crate::api::wire::field::{Tuple, list, number, part};
 use crate::api::wire::points::{Points, space_list};
 use crate::core::context::Context;
 use crate::core::fault::Fault;
@@ -24,6 +24,11 @@ crate::object! {
         /// Rows of 3D control points, each row with as many as the first; 2 to 65 rows of 2 to 65
         /// points.
         required control_net: Vec<Points> = net(),
+        /// A positive weight for each control point, in rows as the net has them: the surface is
+        /// the sum of w P b(u) b(v), divided by that of w b(u) b(v). The points are not multiplied
+        /// by their weights. The largest weight is at most 1e12 times the smallest. Equal weights
+        /// (the default) mean nothing, and answers then have none.
+        optional weights: Vec<Vec<f64>> = weights(),
     }
 }
 crate::nested!(Surface);
@@ -47,11 +52,18 @@ fn net() -> ArrayBuilder {
         .max_items(Some(MOST))
 }
 
+fn weights() -> ArrayBuilder {
+    const MOST: usize = limits::DEGREE + 1;
+    let weight = number().exclusive_minimum(Some(0.0));
+    let row = ArrayBuilder::new().items(weight).min_items(Some(2)).max_items(Some(MOST));
+    ArrayBuilder::new().items(row).min_items(Some(2)).max_items(Some(MOST))
+}
+
 impl Surface {
     /// The core's surface.
     ///
     /// # Errors
-    /// Faults of a basis or of the net, each at its place; a row of 2D points.
+    /// Faults of a basis, of the net or of the weights, each at its place; a row of 2D points.
     pub fn parse(self, context: &Context) -> Result<core::Surface, Error> {
         let bases = both(
             part(self.u, "u", |value| value.parse(context)),
@@ -59,8 +71,18 @@ impl Surface {
         );
         let rows =
             |net: Vec<Points>| every(net.into_iter().enumerate().map(|(i, row)| space(row).at(i)));
-        let ((u, v), net) = both(bases, part(self.control_net, "control_net", rows))?;
-        Ok(core::Surface::new(context, u, v, net)?)
+        let shape =
+            self.control_net.as_ref().map(|net| (net.len(), net.first().map_or(0, Points::len)));
+        let weights = self.weights.zip(shape).map(|(weights, (rows, columns))| {
+            core::net_weights(weights, rows, columns).map_err(Error::from).at("weights")
+        });
+        let net = both(bases, part(self.control_net, "control_net", rows));
+        let (((u, v), net), weights) = both(net, weights.transpose())?;
+        let surface = core::Surface::new(context, u, v, net)?;
+        Ok(match weights {
+            Some(weights) => surface.with_weights(weights)?,
+            None => surface,
+        })
     }
 }
 
@@ -85,6 +107,7 @@ impl From<&core::Surface> for Surface {
             u: Some(u.into()),
             v: Some(v.into()),
             control_net: Some(surface.rows().map(|row| row.to_vec().into()).collect()),
+            weights: surface.weights().map(|rows| rows.map(<[_]>::to_vec).collect()),
         }
     }
 }

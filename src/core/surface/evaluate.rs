@@ -1,12 +1,14 @@
 //! Points, partial derivatives, normals and curvatures of a surface.
 
-use super::{Direction, Patch, Surface};
+use super::rational::project_partials;
+use super::{Direction, Patch, Rational, Shape, Surface};
 use crate::core::argument::Argument;
 use crate::core::bezier_form::derivative_size;
 use crate::core::check::{at_least, at_most};
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate, both, every};
 use crate::core::fault::Fault;
+use crate::core::homogeneous::weight;
 use crate::core::point::Point;
 
 /// Where to sample.
@@ -51,7 +53,7 @@ pub struct SurfaceSamples {
 }
 
 /// The patches of the surface and its partial derivatives: itself, u, v, uu, uv, vv.
-fn jets(patch: &Patch, orders: usize) -> Vec<Patch> {
+fn jets<const D: usize>(patch: &Patch<D>, orders: usize) -> Vec<Patch<D>> {
     let mut jets = vec![patch.clone()];
     if orders >= 1 {
         jets.extend([patch.derivative(Direction::U), patch.derivative(Direction::V)]);
@@ -102,8 +104,8 @@ pub fn evaluate(
 ) -> Result<SurfaceSamples, Error> {
     check_orders(orders).at(Argument::Derivatives)?;
     places.check(context).at(Argument::Places)?;
-    let patch = surface.patch();
-    let pairs = pairs(&patch, places).at(Argument::Places)?;
+    let shape = surface.shape();
+    let pairs = pairs(shape.domain(), places).at(Argument::Places)?;
     let asked = [1, 3, 6][orders] + usize::from(wanted.normal);
     at_most(
         "points and vectors in the answer",
@@ -118,41 +120,87 @@ pub fn evaluate(
         SurfaceQuantities { normal: true, .. } => 1,
         _ => orders,
     };
-    let jets = jets(&patch, needed.max(orders));
-    let at = |jet: &Patch, &[u, v]: &[f64; 2]| {
-        jet.combine(&jet.weights(Direction::U, u), &jet.weights(Direction::V, v))
+    let mut partials = match &shape {
+        Shape::Polynomial(patch) => Partials {
+            lists: sampled(context, patch, needed.max(orders), &pairs)?,
+            sizes: sizes(patch, patch.magnitude()),
+            weights: Vec::new(),
+        },
+        Shape::Rational(rational) => {
+            Partials::projected(context, rational, needed.max(orders), &pairs)?
+        }
     };
-    let mut lists = Vec::with_capacity(jets.len());
-    for jet in &jets {
-        lists.push(context.collect(pairs.iter().map(|pair| at(jet, pair)))?);
-    }
     let mut samples = SurfaceSamples::default();
     if wanted != SurfaceQuantities::default() {
-        let sizes = sizes(&patch);
         let mut pace = context.pace();
         for i in 0..pairs.len() {
             pace.step()?;
-            samples.push(
-                i,
-                &TangentFrame::new(
-                    |k| lists.get(k).map_or(Point::ZERO, |list: &Vec<_>| list[i]),
-                    sizes,
-                ),
-                wanted,
-            );
+            samples.push(i, &partials.frame(i), wanted);
         }
     }
     samples.parameters = pairs;
     let kept = [1, 3, 6][orders];
-    lists.truncate(kept);
-    samples.derivatives = lists.split_off(1);
-    samples.points = lists.swap_remove(0);
+    partials.lists.truncate(kept);
+    samples.derivatives = partials.lists.split_off(1);
+    samples.points = partials.lists.swap_remove(0);
     Ok(samples)
 }
 
+/// The patch and its partial derivatives at these parameters, one list for each.
+fn sampled<const D: usize>(
+    context: &Context,
+    patch: &Patch<D>,
+    orders: usize,
+    pairs: &[[f64; 2]],
+) -> Result<Vec<Vec<Point<D>>>, Error> {
+    let at = |jet: &Patch<D>, &[u, v]: &[f64; 2]| {
+        jet.combine(&jet.weights(Direction::U, u), &jet.weights(Direction::V, v))
+    };
+    let jets = jets(patch, orders);
+    jets.iter().map(|jet| context.collect(pairs.iter().map(|pair| at(jet, pair)))).collect()
+}
+
+/// Points and partial derivatives of a surface at many places.
+struct Partials {
+    /// Itself, u, v, uu, uv, vv, as far as they are needed.
+    lists: Vec<Vec<Point<3>>>,
+    /// How large `S_u` and `S_v` can be, times the weight at the place.
+    sizes: [f64; 2],
+    /// The weight at each place; none without weights.
+    weights: Vec<f64>,
+}
+
+impl Partials {
+    fn projected(
+        context: &Context,
+        rational: &Rational,
+        orders: usize,
+        pairs: &[[f64; 2]],
+    ) -> Result<Self, Error> {
+        let lifted = sampled(context, &rational.patch, orders, pairs)?;
+        let mut lists = vec![Vec::with_capacity(pairs.len()); lifted.len()];
+        let mut pace = context.pace();
+        let mut here = [Point::ZERO; 6];
+        for i in 0..pairs.len() {
+            pace.step()?;
+            here.iter_mut().zip(&lifted).for_each(|(here, list)| *here = list[i]);
+            let found = project_partials(&here[..lifted.len()]);
+            lists.iter_mut().zip(found).for_each(|(list, p)| list.push(p));
+        }
+        lists[0] = lifted[0].iter().map(|&h| rational.placed(h)).collect();
+        let weights = lifted[0].iter().map(|&h| weight(h)).collect();
+        Ok(Partials { lists, sizes: sizes(&rational.patch, rational.magnitude()), weights })
+    }
+
+    fn frame(&self, i: usize) -> TangentFrame {
+        let weight = self.weights.get(i).copied().unwrap_or(1.0);
+        let derivative = |k: usize| self.lists.get(k).map_or(Point::ZERO, |list| list[i]);
+        TangentFrame::new(derivative, self.sizes.map(|size| size / weight))
+    }
+}
+
 /// How large `S_u` and `S_v` can be for points of this size: rounding errors are measured in it.
-fn sizes(patch: &Patch) -> [f64; 2] {
-    let size = patch.magnitude();
+fn sizes<const D: usize>(patch: &Patch<D>, size: f64) -> [f64; 2] {
     [0, 1].map(|axis| {
         let (a, b) = patch.domain()[axis];
         derivative_size(size, patch.degrees()[axis], 1, b - a)
@@ -198,8 +246,7 @@ impl Places {
     }
 }
 
-fn pairs(patch: &Patch, places: &Places) -> Result<Vec<[f64; 2]>, Error> {
-    let domain = patch.domain();
+fn pairs(domain: [(f64, f64); 2], places: &Places) -> Result<Vec<[f64; 2]>, Error> {
     match places {
         Places::Grid(rows, columns) => {
             let (us, vs) = (spread(domain[0], *rows), spread(domain[1], *columns));

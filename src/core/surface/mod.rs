@@ -1,12 +1,15 @@
 //! Tensor-product surfaces: one basis for each direction. Li 2014 eq. (15) is the alpha-beta case.
+//! With weights they are rational (Piegl and Tiller 1997, section 4.4).
 
 mod evaluate;
 mod patch;
+mod rational;
 mod subdivide;
 mod tessellate;
 
 pub use evaluate::{Places, SurfaceQuantities, SurfaceSamples, check_orders, evaluate};
 pub use patch::{Direction, Patch};
+pub use rational::{Rational, Shape, net_weights};
 pub use subdivide::{PatchPiece, Pieces, subdivide};
 pub use tessellate::{Mesh, tessellate};
 
@@ -17,7 +20,10 @@ use super::curve::finite_points;
 use super::domain::Domain;
 use super::error::{Error, Locate};
 use super::fault::Fault;
+use super::homogeneous;
+use super::local::localized;
 use super::point::Point;
+use super::weights::Weights;
 use crate::core::context::Context;
 
 /// A control net with a basis for each direction. `u` runs along the columns of points (from row to
@@ -28,6 +34,8 @@ pub struct Surface {
     columns: usize,
     /// Row after row.
     points: Vec<Point<3>>,
+    /// As the points are; none where all are the same.
+    weights: Option<Weights>,
 }
 
 impl Surface {
@@ -68,7 +76,34 @@ impl Surface {
         }
         u.degree(context, net.len() - 1).at(Argument::U)?;
         v.degree(context, columns - 1).at(Argument::V)?;
-        Ok(Surface { bases: [u, v], columns, points: net.concat() })
+        Ok(Surface { bases: [u, v], columns, points: net.concat(), weights: None })
+    }
+
+    /// The surface with a weight for each point of its net, row after row; where all are the same
+    /// they mean nothing, and the surface has none.
+    ///
+    /// # Errors
+    /// At `weights`: another count than points; weights whose sum in the denominator is not shown
+    /// to be positive, as basis functions are negative somewhere.
+    pub fn with_weights(self, weights: Weights) -> Result<Self, Error> {
+        let (count, expected) = (weights.as_slice().len(), self.points.len());
+        if count != expected {
+            let (what, rule) = ("weights", "one weight per control point");
+            return Err(Fault::WrongCount { what, count, expected, rule }.at(Argument::Weights));
+        }
+        if weights.are_equal() {
+            return Ok(Surface { weights: None, ..self });
+        }
+        let surface = Surface { weights: Some(weights), ..self };
+        match surface.shape() {
+            Shape::Rational(rational) if !rational.has_positive_weights() => {
+                let why = "with these weights the Bezier form of the surface has a weight that is \
+                           not positive, as a basis is negative somewhere; use weights that differ \
+                           less, or another basis";
+                Err(Fault::UnsuitableBasis(why.into()).at(Argument::Weights))
+            }
+            _ => Ok(surface),
+        }
     }
 
     /// The bases of `u` and `v`.
@@ -91,13 +126,30 @@ impl Surface {
         self.points.chunks_exact(self.columns)
     }
 
-    /// The same surface as a Bezier patch: `Q = M_u P M_v^T`.
-    pub fn patch(&self) -> Patch {
+    /// The rows of weights, if the surface is rational.
+    pub fn weights(&self) -> Option<impl ExactSizeIterator<Item = &[f64]>> {
+        self.weights.as_ref().map(|weights| weights.as_slice().chunks_exact(self.columns))
+    }
+
+    /// The same surface in Bezier form.
+    pub fn shape(&self) -> Shape {
+        let Some(weights) = &self.weights else {
+            return Shape::Polynomial(self.patch(&self.points));
+        };
+        let unit = Rational::unit_of(weights);
+        let (origin, points) = localized(&self.points);
+        let pairs = points.iter().zip(weights.as_slice());
+        let lifted: Vec<_> = pairs.map(|(&p, w)| homogeneous::lifted(p, w * unit)).collect();
+        Shape::Rational(Rational { patch: self.patch(&lifted), origin, unit })
+    }
+
+    /// The Bezier patch of a net: `Q = M_u P M_v^T`.
+    fn patch<const D: usize>(&self, net: &[Point<D>]) -> Patch<D> {
         let [order_u, order_v] = self.orders();
         let by_v = self.bases[1].shape_matrix(order_v);
-        let rows: Vec<Vec<Point<3>>> = self.rows().map(|row| by_v.apply(row)).collect();
+        let rows: Vec<_> = net.chunks_exact(self.columns).map(|row| by_v.apply(row)).collect();
         let by_u = self.bases[0].shape_matrix(order_u);
-        let columns: Vec<Vec<Point<3>>> =
+        let columns: Vec<Vec<Point<D>>> =
             (0..=by_v.degree()).map(|j| by_u.apply(&column(&rows, j))).collect();
         let rows =
             (0..=by_u.degree()).flat_map(|i| columns.iter().map(move |column| column[i])).collect();
@@ -111,6 +163,6 @@ fn domains(ends: [(f64, f64); 2]) -> [Domain<'static>; 2] {
     [Domain { ends: u, name: "u", of: "surface" }, Domain { ends: v, name: "v", of: "surface" }]
 }
 
-fn column(rows: &[Vec<Point<3>>], j: usize) -> Vec<Point<3>> {
+fn column<const D: usize>(rows: &[Vec<Point<D>>], j: usize) -> Vec<Point<D>> {
     rows.iter().map(|row| row[j]).collect()
 }

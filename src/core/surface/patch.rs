@@ -1,6 +1,6 @@
 //! The Bezier form of a surface.
 
-use crate::core::bezier_form::{bernstein, hodograph, split};
+use crate::core::bezier_form::{bernstein, hodograph, split_between};
 use crate::core::point::{Point, magnitude};
 
 /// One of the two parameter directions.
@@ -12,18 +12,18 @@ pub enum Direction {
     V,
 }
 
-/// A Bezier patch over a rectangle of parameters.
+/// A Bezier patch over a rectangle of parameters: of space, or one dimension up.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
+pub struct Patch<const D: usize> {
     degrees: [usize; 2],
     domain: [(f64, f64); 2],
     /// `degrees[0] + 1` rows of `degrees[1] + 1` points.
-    points: Vec<Point<3>>,
+    points: Vec<Point<D>>,
 }
 
-impl Patch {
+impl<const D: usize> Patch<D> {
     /// From its rows, one after the other.
-    pub(super) fn new(degrees: [usize; 2], domain: [(f64, f64); 2], points: Vec<Point<3>>) -> Self {
+    pub(super) fn new(degrees: [usize; 2], domain: [(f64, f64); 2], points: Vec<Point<D>>) -> Self {
         debug_assert_eq!(points.len(), (degrees[0] + 1) * (degrees[1] + 1));
         Patch { degrees, domain, points }
     }
@@ -39,7 +39,7 @@ impl Patch {
     }
 
     /// The rows of Bezier points.
-    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[Point<3>]> {
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[Point<D>]> {
         self.points.chunks_exact(self.degrees[1] + 1)
     }
 
@@ -79,13 +79,25 @@ impl Patch {
 
     /// The two parts before and after a parameter inside the domain.
     pub fn split(&self, direction: Direction, t: f64) -> (Self, Self) {
+        let (a, b) = self.domain[direction as usize];
+        let u = (t - a) / (b - a);
+        self.split_between(direction, t, u, 1.0 - u)
+    }
+
+    /// The same for a parameter close to an end, where both shares keep their digits.
+    pub(super) fn split_near(&self, direction: Direction, t: f64) -> (Self, Self) {
+        let (a, b) = self.domain[direction as usize];
+        self.split_between(direction, t, (t - a) / (b - a), (b - t) / (b - a))
+    }
+
+    fn split_between(&self, direction: Direction, t: f64, u: f64, v: f64) -> (Self, Self) {
         if direction == Direction::U {
-            let (first, second) = self.transposed().split(Direction::V, t);
+            let (first, second) = self.transposed().split_between(Direction::V, t, u, v);
             return (first.transposed(), second.transposed());
         }
         let (a, b) = self.domain[1];
-        let halves: Vec<_> = self.rows().map(|row| split(row, (t - a) / (b - a))).collect();
-        let part = |range, points: Vec<Point<3>>| {
+        let halves: Vec<_> = self.rows().map(|row| split_between(row, u, v)).collect();
+        let part = |range, points: Vec<Point<D>>| {
             Patch::new(self.degrees, [self.domain[0], range], points)
         };
         let first = halves.iter().flat_map(|(left, _)| left.iter().copied()).collect();
@@ -101,14 +113,14 @@ impl Patch {
     }
 
     /// The point with these weights in `u` and `v`. Exact at the corners.
-    pub(super) fn combine(&self, u: &[f64], v: &[f64]) -> Point<3> {
+    pub(super) fn combine(&self, u: &[f64], v: &[f64]) -> Point<D> {
         let along =
-            |row: &[Point<3>]| row.iter().zip(v).fold(Point::ZERO, |sum, (&p, &w)| sum + p * w);
+            |row: &[Point<D>]| row.iter().zip(v).fold(Point::ZERO, |sum, (&p, &w)| sum + p * w);
         self.rows().zip(u).fold(Point::ZERO, |sum, (row, &w)| sum + along(row) * w)
     }
 
     /// The point at parameters inside the domain.
-    pub fn at(&self, u: f64, v: f64) -> Point<3> {
+    pub fn at(&self, u: f64, v: f64) -> Point<D> {
         self.combine(&self.weights(Direction::U, u), &self.weights(Direction::V, v))
     }
 }

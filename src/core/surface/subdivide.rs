@@ -1,6 +1,6 @@
 //! Cutting a surface into patches that together are the same surface.
 
-use super::{Direction, Patch, Surface};
+use super::{Direction, Patch, Shape, Surface};
 use crate::core::argument::Argument;
 use crate::core::basis::{Basis, Bezier};
 use crate::core::check::{at_most, increasing};
@@ -44,7 +44,31 @@ pub fn subdivide(
     vs: &[f64],
     form: Form,
 ) -> Result<Pieces, Error> {
-    let whole = surface.patch();
+    match surface.shape() {
+        Shape::Polynomial(patch) => {
+            // A fault has no place in the request: the net is not the one given.
+            let make = |[u, v]: [Basis; 2], net| {
+                Surface::new(context, u, v, net).map_err(|error| error.of_result().fault)
+            };
+            pieces(context, surface, &patch, [us, vs], form, make)
+        }
+        Shape::Rational(rational) => {
+            let make = |bases, net: Vec<Vec<_>>| rational.surface(context, bases, &net);
+            pieces(context, surface, &rational.patch, [us, vs], form, make)
+        }
+    }
+}
+
+/// The pieces of a patch, in the bases of its surface or as Bezier patches; `make` makes surfaces of
+/// nets like those of the patch.
+fn pieces<const D: usize>(
+    context: &Context,
+    surface: &Surface,
+    whole: &Patch<D>,
+    [us, vs]: [&[f64]; 2],
+    form: Form,
+    make: impl Fn([Basis; 2], Vec<Vec<Point<D>>>) -> Result<Surface, Fault>,
+) -> Result<Pieces, Error> {
     let [of_u, of_v] = super::domains(whole.domain());
     let cuts = |domain: Domain, values: &[f64]| {
         let settled = domain.settle_all(values)?;
@@ -62,24 +86,21 @@ pub fn subdivide(
     )
     .at(Argument::Cuts)?;
     let mut patches = Vec::with_capacity((us.len() + 1) * (vs.len() + 1));
-    for strip in cut(context, &whole, Direction::U, &us)? {
+    for strip in cut(context, whole, Direction::U, &us)? {
         patches.extend(cut(context, &strip, Direction::V, &vs)?);
     }
     if form != Form::Bezier {
-        match in_family(context, surface, &patches) {
+        match in_family(context, surface, &patches, &make) {
             Ok((pieces, condition)) => return Ok(Pieces { pieces, in_family: true, condition }),
             Err(fault) if form == Form::Family => return Err(fault.at(Argument::Form)),
             Err(_) => context.checkpoint()?,
         }
     }
     let bezier = || Basis::Bezier(Bezier);
-    let piece = |patch: &Patch| {
+    let piece = |patch: &Patch<D>| {
         context.checkpoint().map_err(|error| error.fault)?;
         let net = patch.rows().map(<[_]>::to_vec).collect();
-        // A fault has no place in the request: the net is not the one given.
-        let surface = Surface::new(context, bezier(), bezier(), net)
-            .map_err(|error| error.of_result().fault)?;
-        Ok(PatchPiece { domain: patch.domain(), surface })
+        Ok(PatchPiece { domain: patch.domain(), surface: make([bezier(), bezier()], net)? })
     };
     Ok(Pieces {
         pieces: patches.iter().map(piece).collect::<Result<_, Fault>>()?,
@@ -89,12 +110,12 @@ pub fn subdivide(
 }
 
 /// The parts of a patch between cuts; a cut at an end of the domain is none.
-fn cut(
+fn cut<const D: usize>(
     context: &Context,
-    patch: &Patch,
+    patch: &Patch<D>,
     direction: Direction,
     values: &[f64],
-) -> Result<Vec<Patch>, Error> {
+) -> Result<Vec<Patch<D>>, Error> {
     let (start, end) = patch.domain()[direction as usize];
     let mut parts = Vec::with_capacity(values.len() + 1);
     let mut rest = patch.clone();
@@ -108,10 +129,11 @@ fn cut(
     Ok(parts)
 }
 
-fn in_family(
+fn in_family<const D: usize>(
     context: &Context,
     surface: &Surface,
-    patches: &[Patch],
+    patches: &[Patch<D>],
+    make: &impl Fn([Basis; 2], Vec<Vec<Point<D>>>) -> Result<Surface, Fault>,
 ) -> Result<(Vec<PatchPiece>, f64), Fault> {
     let [order_u, order_v] = surface.orders();
     let [u, v] = surface.bases();
@@ -120,15 +142,13 @@ fn in_family(
     if condition > limits::CONDITION {
         return Err(Fault::IllConditioned { condition });
     }
-    let piece = |patch: &Patch| {
+    let piece = |patch: &Patch<D>| {
         context.checkpoint().map_err(|error| error.fault)?;
-        let rows: Vec<Vec<Point<3>>> = patch.rows().map(|row| way_v.control_points(row)).collect();
+        let rows: Vec<Vec<Point<D>>> = patch.rows().map(|row| way_v.control_points(row)).collect();
         let columns: Vec<_> =
             (0..=order_v).map(|j| way_u.control_points(&super::column(&rows, j))).collect();
         let net = (0..=order_u).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
-        let surface = Surface::new(context, u.clone(), v.clone(), net)
-            .map_err(|error| error.of_result().fault)?;
-        Ok(PatchPiece { domain: patch.domain(), surface })
+        Ok(PatchPiece { domain: patch.domain(), surface: make([u.clone(), v.clone()], net)? })
     };
     let pieces = patches.iter().map(piece).collect::<Result<_, Fault>>()?;
     Ok((pieces, condition))
