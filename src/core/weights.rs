@@ -59,20 +59,14 @@ impl Weights {
         self.0.windows(2).all(|pair| pair[0] == pair[1])
     }
 
-    /// A power of two that brings the largest weight to 1 or more and below 2. Multiplying by it
-    /// changes no digit, and only ratios of weights count.
+    /// A power of two that brings the largest weight below 1, so that no point overflows by its
+    /// weight, and mostly to 0.5 or more. Multiplying by it changes no digit, and only ratios of
+    /// weights count.
     pub(crate) fn unit(&self) -> f64 {
         let largest = self.0.iter().copied().fold(0.0, f64::max);
-        // Half the exponent at a time, as the reciprocal of the smallest double is none.
-        let exponent = largest.log2().floor() as i32;
-        let unit = 2f64.powi(-exponent / 2) * 2f64.powi(-exponent - (-exponent / 2));
-        if largest * unit >= 2.0 {
-            unit / 2.0
-        } else if largest * unit < 1.0 {
-            unit * 2.0
-        } else {
-            unit
-        }
+        let unit = 2f64.powi((-1.0 - largest.log2().floor()).clamp(-1022.0, 1022.0) as i32);
+        // A logarithm is rounded.
+        if largest * unit >= 1.0 { unit / 2.0 } else { unit }
     }
 }
 
@@ -93,11 +87,13 @@ mod tests {
     }
 
     #[test]
-    fn the_unit_is_a_power_of_two_that_makes_the_largest_about_one() {
-        for largest in [1.0, 3.0, 0.1, 1e300, 1e-300, 2f64.powi(-7)] {
+    fn the_unit_is_a_power_of_two_that_brings_the_largest_below_one() {
+        for largest in [1.0, 3.0, 0.1, 1e300, 1e-300, 2f64.powi(-7), 1.0_f64.next_down()] {
             let unit = Weights::new(vec![largest / 2.0, largest], 2).unwrap().unit();
-            assert!((1.0..2.0).contains(&(largest * unit)), "{largest}: {unit}");
+            assert!((0.25..1.0).contains(&(largest * unit)), "{largest}: {unit}");
             assert_eq!(unit.log2().fract(), 0.0);
         }
+        assert!(Weights::new(vec![5e-324; 2], 2).unwrap().unit().is_finite());
+        assert!(f64::MAX * Weights::new(vec![f64::MAX; 2], 2).unwrap().unit() < 4.0);
     }
 }

@@ -90,7 +90,7 @@ fn the_curve_of_an_answer_is_the_input_of_the_next_call() {
         }
     }
     let segment = json!({"family": "bezier", "control_points": [[1, 0], [1, 1], [0, 1]],
-        "weights": [1, 0.7071067811865476, 1]});
+        "weights": [1, std::f64::consts::FRAC_1_SQRT_2, 1]});
     let next = json!({"family": "bezier", "control_points": [[0, 1], [-2, 1], [-2, 0]],
         "weights": [2, 1, 1]});
     let body = json!({"curves": [segment, next], "smoothness": "G1"});

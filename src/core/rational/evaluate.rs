@@ -6,7 +6,7 @@ use crate::core::bezier_form::binomials;
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate};
 use crate::core::evaluate::{
-    Quantities, Samples, Sampling, check, check_size, frames, jets, parameters,
+    Frames, Quantities, Samples, Sampling, check, check_size, frames, jets, parameters,
 };
 use crate::core::homogeneous::{self, numerator, weight};
 use crate::core::local::placed;
@@ -31,6 +31,12 @@ pub fn evaluate<const D: usize, const H: usize>(
     check_size(context, parameters.len(), derivatives, quantities)?;
     let highest = derivatives.max(quantities.highest_derivative());
     let lifted = jets(context, &composite, &parameters, highest)?;
+    if let ([points], 0) = (&lifted[..], highest) {
+        let point = |&h: &Point<H>| placed(source.origin, homogeneous::projected(h));
+        let points = vec![points.iter().map(point).collect()];
+        let domain = composite.breaks().domain();
+        return Ok(Samples::new(domain, parameters, points, 0, Frames::default()));
+    }
     let jets = projected::<D, H>(context, &lifted)?;
     // Rounding errors of the homogeneous derivatives, led through the quotient rule.
     let gains = [composite.gains(1), composite.gains(2)];

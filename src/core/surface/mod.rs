@@ -136,7 +136,7 @@ impl Surface {
         let Some(weights) = &self.weights else {
             return Shape::Polynomial(self.patch(&self.points));
         };
-        let unit = Rational::unit_of(weights);
+        let unit = weights.unit();
         let (origin, points) = localized(&self.points);
         let pairs = points.iter().zip(weights.as_slice());
         let lifted: Vec<_> = pairs.map(|(&p, w)| homogeneous::lifted(p, w * unit)).collect();

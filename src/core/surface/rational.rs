@@ -58,12 +58,6 @@ pub struct Rational {
 }
 
 impl Rational {
-    /// The power of two by which to multiply weights: the largest comes below 1, so that no point
-    /// overflows by its weight.
-    pub(super) fn unit_of(weights: &Weights) -> f64 {
-        (0.5 * weights.unit()).min(2f64.powi(1022))
-    }
-
     pub(super) fn has_positive_weights(&self) -> bool {
         self.patch.rows().flatten().all(|&h| weight(h) > 0.0)
     }
