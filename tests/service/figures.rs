@@ -16,7 +16,7 @@ const FIGURES: [&str; 19] = [
 ];
 
 /// Those that docs/images shows.
-const SHOWN: [&str; 4] = ["cheng-12", "chen-05", "li-06", "li-07"];
+const SHOWN: [&str; 6] = ["cheng-03", "cheng-12", "chen-05", "li-04", "li-06", "li-07"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
