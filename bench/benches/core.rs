@@ -10,11 +10,12 @@ use springline::core::context::Context;
 use springline::core::curve::{BSpline, Bases, Curve, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::fit::{self, Ends, Solve};
-use springline::core::parameterization::Parameterization;
 use springline::core::interpolate::{End, EndConditions, interpolate};
 use springline::core::linear::least_squares::LeastSquares;
 use springline::core::parameterization::Parameterization;
+use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
+use springline::core::rational::{self, Rational};
 use springline::core::subdivide::{Cuts, Form, subdivide};
 
 const ROUNDS: usize = 11;
@@ -89,8 +90,10 @@ fn horner(coefficients: &[[f64; 3]], t: &[f64], out: &mut [Vec<f64>; 3]) {
 fn cubics(count: usize) {
     let values: Vec<f64> = (0..count).map(|i| i as f64 / (count - 1) as f64).collect();
     let sampling = Sampling::Parameters(values.clone());
-    let of = |basis| Curve::Single(Single::new(&Context::default(), basis, points(&CUBIC)).unwrap());
-    let (bezier, beta) = (of(Basis::Bezier(Bezier)), of(Basis::Beta(Beta::from_beta(1.0).unwrap())));
+    let of =
+        |basis| Curve::Single(Single::new(&Context::default(), basis, points(&CUBIC)).unwrap());
+    let (bezier, beta) =
+        (of(Basis::Bezier(Bezier)), of(Basis::Beta(Beta::from_beta(1.0).unwrap())));
     let kurbo = kurbo::CubicBez::new((0.0, 0.0), (1.0, 3.0), (4.0, 3.0), (5.0, 0.0));
     let nurbs = curvo::prelude::NurbsCurve3D::<f64>::try_new(
         3,
@@ -99,13 +102,35 @@ fn cubics(count: usize) {
     )
     .unwrap();
     let mut out = [const { Vec::new() }; 3].map(|_: Vec<f64>| vec![0.0; count]);
-    let ours =
-        |curve: &Curve<3>| drop(black_box(evaluate(&Context::default(), black_box(curve), &sampling, 0, Quantities::default()).unwrap()));
+    let ours = |curve: &Curve<3>| {
+        drop(black_box(
+            evaluate(&Context::default(), black_box(curve), &sampling, 0, Quantities::default())
+                .unwrap(),
+        ))
+    };
+    let weighted =
+        Rational::<3, 4>::new(&Context::default(), bezier.clone(), vec![1.0, 0.5, 2.0, 1.0])
+            .unwrap();
+    let with_weights = |curve: &Rational<3, 4>| {
+        drop(black_box(
+            rational::evaluate(
+                &Context::default(),
+                black_box(curve),
+                &sampling,
+                0,
+                Quantities::default(),
+            )
+            .unwrap(),
+        ))
+    };
     group(
         &format!("a cubic at {count} parameters, ns a point"),
         count,
         vec![
-            ("limit: powers, one array for each coordinate", Box::new(|| powers(black_box(&values), black_box(&mut out)))),
+            (
+                "limit: powers, one array for each coordinate",
+                Box::new(|| powers(black_box(&values), black_box(&mut out))),
+            ),
             (
                 "the same into new arrays, as a call must",
                 Box::new(|| {
@@ -116,6 +141,7 @@ fn cubics(count: usize) {
             ),
             ("springline, bezier", Box::new(|| ours(&bezier))),
             ("springline, beta-bezier", Box::new(|| ours(&beta))),
+            ("springline, bezier with weights", Box::new(|| with_weights(&weighted))),
             ("kurbo, 2D", Box::new(|| values.iter().for_each(|&t| _ = black_box(kurbo.eval(t))))),
             ("curvo", Box::new(|| values.iter().for_each(|&t| _ = black_box(nurbs.point_at(t))))),
         ],
@@ -129,15 +155,33 @@ fn degrees() {
     let times: Vec<(f64, f64)> = [2usize, 3, 4, 5, 6, 7, 8, 16, 32, 64]
         .into_iter()
         .map(|degree| {
-            let polygon: Vec<Point<3>> = (0..=degree).map(|i| Point([i as f64, (i as f64).sin(), (i as f64).cos()])).collect();
+            let polygon: Vec<Point<3>> = (0..=degree)
+                .map(|i| Point([i as f64, (i as f64).sin(), (i as f64).cos()]))
+                .collect();
             let coefficients: Vec<[f64; 3]> = polygon.iter().map(|p| p.0).collect();
-            let curve = Curve::Single(Single::new(&Context::default(), Basis::Bezier(Bezier), polygon).unwrap());
+            let curve = Curve::Single(
+                Single::new(&Context::default(), Basis::Bezier(Bezier), polygon).unwrap(),
+            );
             let works: Vec<Work> = vec![
-                ("limit: powers", Box::new(|| horner(black_box(&coefficients), black_box(&values), black_box(&mut out)))),
+                (
+                    "limit: powers",
+                    Box::new(|| {
+                        horner(black_box(&coefficients), black_box(&values), black_box(&mut out))
+                    }),
+                ),
                 (
                     "springline",
                     Box::new(|| {
-                        drop(black_box(evaluate(&Context::default(), &curve, &Sampling::Count(1_000), 0, Quantities::default()).unwrap()))
+                        drop(black_box(
+                            evaluate(
+                                &Context::default(),
+                                &curve,
+                                &Sampling::Count(1_000),
+                                0,
+                                Quantities::default(),
+                            )
+                            .unwrap(),
+                        ))
                     }),
                 ),
             ];
@@ -151,17 +195,22 @@ fn degrees() {
 fn exponent(times: &[(f64, f64)]) -> f64 {
     let logs: Vec<(f64, f64)> = times.iter().map(|(size, time)| (size.ln(), time.ln())).collect();
     let n = logs.len() as f64;
-    let (mx, my) = (logs.iter().map(|l| l.0).sum::<f64>() / n, logs.iter().map(|l| l.1).sum::<f64>() / n);
-    logs.iter().map(|l| (l.0 - mx) * (l.1 - my)).sum::<f64>() / logs.iter().map(|l| (l.0 - mx).powi(2)).sum::<f64>()
+    let (mx, my) =
+        (logs.iter().map(|l| l.0).sum::<f64>() / n, logs.iter().map(|l| l.1).sum::<f64>() / n);
+    logs.iter().map(|l| (l.0 - mx) * (l.1 - my)).sum::<f64>()
+        / logs.iter().map(|l| (l.0 - mx).powi(2)).sum::<f64>()
 }
 
 fn bsplines(count: usize) {
-    let polygon: Vec<Point<3>> = (0..16).map(|i| f64::from(i)).map(|i| Point([i, i.sin(), i.cos()])).collect();
+    let polygon: Vec<Point<3>> =
+        (0..16).map(|i| f64::from(i)).map(|i| Point([i, i.sin(), i.cos()])).collect();
     let knots: Vec<f64> = (0..20).map(|i| f64::from(i.clamp(3, 16) - 3)).collect();
-    let curve = Curve::BSpline(BSpline::new(&Context::default(), 3, knots, polygon, false).unwrap());
+    let curve =
+        Curve::BSpline(BSpline::new(&Context::default(), 3, knots, polygon, false).unwrap());
     let values: Vec<f64> = (0..count).map(|i| 13.0 * i as f64 / (count - 1) as f64).collect();
     // The measure has its spans in powers beforehand.
-    let spans: Vec<[[f64; 4]; 3]> = (0..13).map(|i| [0.1, 0.2, 0.3].map(|k| [i as f64, k, 0.5, -k])).collect();
+    let spans: Vec<[[f64; 4]; 3]> =
+        (0..13).map(|i| [0.1, 0.2, 0.3].map(|k| [i as f64, k, 0.5, -k])).collect();
     let mut out = vec![[0.0; 3]; count];
     let sampling = Sampling::Parameters(values.clone());
     group(
@@ -181,14 +230,21 @@ fn bsplines(count: usize) {
             ),
             (
                 "springline",
-                Box::new(|| drop(black_box(evaluate(&Context::default(), &curve, &sampling, 0, Quantities::default()).unwrap()))),
+                Box::new(|| {
+                    drop(black_box(
+                        evaluate(&Context::default(), &curve, &sampling, 0, Quantities::default())
+                            .unwrap(),
+                    ))
+                }),
             ),
         ],
     );
 }
 
 fn splits() {
-    let curve = Curve::Single(Single::new(&Context::default(), Basis::Bezier(Bezier), points(&CUBIC)).unwrap());
+    let curve = Curve::Single(
+        Single::new(&Context::default(), Basis::Bezier(Bezier), points(&CUBIC)).unwrap(),
+    );
     let kurbo = kurbo::CubicBez::new((0.0, 0.0), (1.0, 3.0), (4.0, 3.0), (5.0, 0.0));
     let cuts = Cuts::Parameters(vec![0.37]);
     group(
@@ -197,33 +253,59 @@ fn splits() {
         vec![
             (
                 "measure: de Casteljau, the control points alone",
-                Box::new(|| drop(black_box(springline::core::bezier_form::split(&points(&CUBIC), black_box(0.37))))),
+                Box::new(|| {
+                    drop(black_box(springline::core::bezier_form::split(
+                        &points(&CUBIC),
+                        black_box(0.37),
+                    )))
+                }),
             ),
             (
                 "springline, the operation",
-                Box::new(|| drop(black_box(subdivide(&Context::default(), &curve, &cuts, Form::Bezier).unwrap()))),
+                Box::new(|| {
+                    drop(black_box(
+                        subdivide(&Context::default(), &curve, &cuts, Form::Bezier).unwrap(),
+                    ))
+                }),
             ),
-            ("kurbo, 2D", Box::new(|| _ = black_box((kurbo.subsegment(0.0..black_box(0.37)), kurbo.subsegment(0.37..1.0))))),
+            (
+                "kurbo, 2D",
+                Box::new(|| {
+                    _ = black_box((
+                        kurbo.subsegment(0.0..black_box(0.37)),
+                        kurbo.subsegment(0.37..1.0),
+                    ))
+                }),
+            ),
         ],
     );
 }
 
 fn wave(count: usize) -> Vec<Point<2>> {
-    (0..count).map(|i| i as f64 * 0.1).map(|t| Point([t + 0.03 * (7.0 * t).sin(), (1.3 * t).sin()])).collect()
+    (0..count)
+        .map(|i| i as f64 * 0.1)
+        .map(|t| Point([t + 0.03 * (7.0 * t).sin(), (1.3 * t).sin()]))
+        .collect()
 }
 
 /// Chord lengths, the natural spline's tridiagonal system by Thomas, Bezier points out: nothing
 /// checked, nothing measured.
 fn thomas(data: &[Point<2>]) -> Vec<[f64; 2]> {
     let n = data.len();
-    let h: Vec<f64> = data.windows(2).map(|p| (p[1].0[0] - p[0].0[0]).hypot(p[1].0[1] - p[0].0[1])).collect();
+    let h: Vec<f64> =
+        data.windows(2).map(|p| (p[1].0[0] - p[0].0[0]).hypot(p[1].0[1] - p[0].0[1])).collect();
     let slope = |i: usize, k: usize| (data[i + 1].0[k] - data[i].0[k]) / h[i];
     let (mut c, mut d) = (vec![0.0; n], vec![[0.0; 2]; n]);
     c[0] = 0.5;
     d[0] = [0, 1].map(|k| 1.5 * slope(0, k));
     for i in 1..n {
         let (a, b, e, r) = if i + 1 < n {
-            (h[i], 2.0 * (h[i - 1] + h[i]), h[i - 1], [0, 1].map(|k| 3.0 * (h[i] * slope(i - 1, k) + h[i - 1] * slope(i, k))))
+            (
+                h[i],
+                2.0 * (h[i - 1] + h[i]),
+                h[i - 1],
+                [0, 1].map(|k| 3.0 * (h[i] * slope(i - 1, k) + h[i - 1] * slope(i, k))),
+            )
         } else {
             (1.0, 2.0, 0.0, [0, 1].map(|k| 3.0 * slope(i - 1, k)))
         };
@@ -247,15 +329,24 @@ fn splines(count: usize) -> f64 {
     let ours = || {
         let shape = EndConditions::Open(End::Natural, End::Natural);
         black_box(
-            interpolate(&Context::default(), black_box(&data), shape, Bases::Common(Basis::Bezier(Bezier)), &Parameterization::ChordLength)
-                .unwrap(),
+            interpolate(
+                &Context::default(),
+                black_box(&data),
+                shape,
+                Bases::Common(Basis::Bezier(Bezier)),
+                &Parameterization::ChordLength,
+            )
+            .unwrap(),
         );
     };
     group(
         &format!("the natural spline through {count} points, ns a point"),
         count,
         vec![
-            ("measure: the tridiagonal solve, nothing checked", Box::new(|| drop(black_box(thomas(black_box(&data)))))),
+            (
+                "measure: the tridiagonal solve, nothing checked",
+                Box::new(|| drop(black_box(thomas(black_box(&data))))),
+            ),
             ("springline, continuity measured", Box::new(ours)),
         ],
     )[1]
@@ -279,7 +370,11 @@ fn fits(count: usize) -> f64 {
     let normal = || {
         let (mut gram, mut right) = ([[0.0; 16]; 16], [[0.0; 2]; 16]);
         for (i, p) in data.iter().enumerate() {
-            let row = springline::core::bezier_form::bernstein(15, i as f64 / count as f64, 1.0 - i as f64 / count as f64);
+            let row = springline::core::bezier_form::bernstein(
+                15,
+                i as f64 / count as f64,
+                1.0 - i as f64 / count as f64,
+            );
             for a in 0..16 {
                 for b in 0..=a {
                     gram[a][b] += row[a] * row[b];
@@ -292,7 +387,10 @@ fn fits(count: usize) -> f64 {
     group(
         &format!("least squares of {count} points, 16 control points, ns a point"),
         count,
-        vec![("measure: one pass of normal equations", Box::new(normal)), ("springline, by QR, error measured", Box::new(ours))],
+        vec![
+            ("measure: one pass of normal equations", Box::new(normal)),
+            ("springline, by QR, error measured", Box::new(ours)),
+        ],
     )[1]
 }
 
@@ -319,13 +417,20 @@ fn bands(count: usize) {
     };
     let ours = || {
         let mut problem = LeastSquares::<2>::banded(columns, 4);
-        black_box(&rows).iter().zip(&data).enumerate().for_each(|(i, (row, &p))| problem.push(i / 10, row, p, 1.0));
+        black_box(&rows)
+            .iter()
+            .zip(&data)
+            .enumerate()
+            .for_each(|(i, (row, &p))| problem.push(i / 10, row, p, 1.0));
         black_box(problem);
     };
     group(
         &format!("least squares of {count} rows within a band of 4, ns a row"),
         count,
-        vec![("measure: one pass of normal equations", Box::new(normal)), ("springline, by reflections", Box::new(ours))],
+        vec![
+            ("measure: one pass of normal equations", Box::new(normal)),
+            ("springline, by reflections", Box::new(ours)),
+        ],
     );
 }
 

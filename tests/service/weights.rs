@@ -53,6 +53,9 @@ fn a_closed_curve_has_one_weight_at_its_seam() {
     let answer = server.post_json("/v1/continuity", &json!({"curve": curve}));
     assert_eq!(answer.faults(), [("/curve/weights/3".into(), "unsuitable_curve".into())]);
     server.ok("/v1/continuity", &json!({"curve": with(&curve, "/weights/3", json!(1))}));
+    let answer = server
+        .post_json("/v1/continuity", &json!({"curve": with(&circle(), "/weights/8", json!(2))}));
+    assert_eq!(answer.faults(), [("/curve/weights".into(), "unsuitable_curve".into())]);
 }
 
 #[test]

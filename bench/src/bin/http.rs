@@ -79,7 +79,9 @@ enum Tree {
 impl From<Value> for Tree {
     fn from(value: Value) -> Self {
         match value {
-            Value::Object(fields) => Tree::Object(fields.into_iter().map(|(name, value)| (name, value.into())).collect()),
+            Value::Object(fields) => {
+                Tree::Object(fields.into_iter().map(|(name, value)| (name, value.into())).collect())
+            }
             Value::Array(items) => {
                 let whole = Value::Array(items.clone());
                 if let Ok(numbers) = serde_json::from_value(whole.clone()) {
@@ -105,7 +107,9 @@ impl Serialize for Tree {
             Tree::Plane(points) => points.serialize(serializer),
             Tree::Space(points) => points.serialize(serializer),
             Tree::List(items) => items.serialize(serializer),
-            Tree::Object(fields) => serializer.collect_map(fields.iter().map(|(name, value)| (name, value))),
+            Tree::Object(fields) => {
+                serializer.collect_map(fields.iter().map(|(name, value)| (name, value)))
+            }
             Tree::Other(value) => value.serialize(serializer),
         }
     }
@@ -125,14 +129,24 @@ fn made<O: Operation>(body: &Bytes) -> Ready {
     };
     let text = written(Format::default());
     let answer = serde_json::from_slice::<Value>(&text).expect("answers are JSON").into();
-    Ready { answer, length: text.len(), raw: written(Format { raw: true, ..Format::default() }).into() }
+    Ready {
+        answer,
+        length: text.len(),
+        raw: written(Format { raw: true, ..Format::default() }).into(),
+    }
 }
 
 /// Reads the request, and writes the answer that the first such request got: as JSON into a buffer
 /// of the right size, or a copy of the raw one.
 async fn ready<O: Operation>(known: Known, headers: HeaderMap, body: Bytes) -> Response {
-    let request: O::Request = from_bytes(&Context::default(), &body).expect("the requests are good");
-    let ready = known.lock().unwrap().entry(body.clone()).or_insert_with(|| Arc::new(made::<O>(&body))).clone();
+    let request: O::Request =
+        from_bytes(&Context::default(), &body).expect("the requests are good");
+    let ready = known
+        .lock()
+        .unwrap()
+        .entry(body.clone())
+        .or_insert_with(|| Arc::new(made::<O>(&body)))
+        .clone();
     std::hint::black_box(&request);
     if headers.contains_key(header::ACCEPT) {
         return ([(header::CONTENT_TYPE, RAW)], ready.raw.to_vec()).into_response();
@@ -149,7 +163,10 @@ impl Visitor for Routes {
 
     fn visit<O: Operation>(&self) -> Self::Made {
         let known = Known::default();
-        (O::PATH, post(move |headers: HeaderMap, body: Bytes| ready::<O>(known.clone(), headers, body)))
+        (
+            O::PATH,
+            post(move |headers: HeaderMap, body: Bytes| ready::<O>(known.clone(), headers, body)),
+        )
     }
 }
 
@@ -177,7 +194,10 @@ impl Server {
     fn start(program: &std::path::Path, arguments: &[&str]) -> Self {
         let mut command = Command::new("taskset");
         command.args(["-c", "0"]).arg(program).args(arguments).stderr(Stdio::null());
-        let mut child = command.stdout(Stdio::piped()).spawn().expect("cargo build --release first, in the root of the repository");
+        let mut child = command
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("cargo build --release first, in the root of the repository");
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let address = line.trim().rsplit_once("http://").expect("an address").1.to_owned();
@@ -223,7 +243,11 @@ impl Client {
                 let head = self.buffer[..filled].windows(4).position(|four| four == b"\r\n\r\n");
                 whole = head.map(|end| (end + 4, length(&self.buffer[..end])));
                 if let Some((body, length)) = whole {
-                    assert!(self.buffer.starts_with(b"HTTP/1.1 200"), "{}", String::from_utf8_lossy(&self.buffer[..filled.min(2_000)]));
+                    assert!(
+                        self.buffer.starts_with(b"HTTP/1.1 200"),
+                        "{}",
+                        String::from_utf8_lossy(&self.buffer[..filled.min(2_000)])
+                    );
                     let needed = body + length;
                     if needed > self.buffer.len() {
                         self.buffer.resize(needed, 0);
@@ -240,7 +264,9 @@ impl Client {
 
 fn length(head: &[u8]) -> usize {
     let head = String::from_utf8_lossy(head).to_ascii_lowercase();
-    head.lines().find_map(|line| line.strip_prefix("content-length: ")?.parse().ok()).expect("a length")
+    head.lines()
+        .find_map(|line| line.strip_prefix("content-length: ")?.parse().ok())
+        .expect("a length")
 }
 
 struct Case {
@@ -256,25 +282,39 @@ fn case(name: &str, path: &str, body: &Value) -> Case {
 fn case_with(name: &str, path: &str, body: &Value, headers: &str) -> Case {
     let body = body.to_string();
     let length = body.len();
-    let head =
-        format!("POST {path} HTTP/1.1\r\nhost: bench\r\ncontent-type: application/json\r\n{headers}content-length: {length}\r\n\r\n");
+    let head = format!(
+        "POST {path} HTTP/1.1\r\nhost: bench\r\ncontent-type: application/json\r\n{headers}content-length: {length}\r\n\r\n"
+    );
     Case { name: name.into(), request: [head.into_bytes(), body.into_bytes()].concat() }
 }
 
 fn cases() -> Vec<Case> {
     let cubic = json!({"family": "beta-bezier", "beta": 1, "control_points": [[0, 0, 1], [1, 3, 2], [4, 3, 0], [5, 0, 2]]});
     let wave = |count: u32| -> Vec<[f64; 2]> {
-        (0..count).map(|i| f64::from(i) * 0.1).map(|t| [t + 0.03 * (7.0 * t).sin(), (1.3 * t).sin()]).collect()
+        (0..count)
+            .map(|i| f64::from(i) * 0.1)
+            .map(|t| [t + 0.03 * (7.0 * t).sin(), (1.3 * t).sin()])
+            .collect()
     };
     let mut cases = Vec::new();
-    let sampled = |count: u32| json!({"curve": cubic, "sampling": {"kind": "count", "count": count}});
+    let sampled =
+        |count: u32| json!({"curve": cubic, "sampling": {"kind": "count", "count": count}});
     for count in [10, 100, 1_000, 10_000, 100_000] {
         cases.push(case(&format!("evaluate, {count} samples"), "/v1/evaluate", &sampled(count)));
     }
-    cases.push(case("evaluate, 10000 samples, precision=6", "/v1/evaluate?precision=6", &sampled(10_000)));
+    cases.push(case(
+        "evaluate, 10000 samples, precision=6",
+        "/v1/evaluate?precision=6",
+        &sampled(10_000),
+    ));
     for count in [1_000, 10_000, 100_000] {
         let accept = format!("accept: {RAW}\r\n");
-        cases.push(case_with(&format!("evaluate, {count} samples, raw"), "/v1/evaluate", &sampled(count), &accept));
+        cases.push(case_with(
+            &format!("evaluate, {count} samples, raw"),
+            "/v1/evaluate",
+            &sampled(count),
+            &accept,
+        ));
     }
     cases.push(case(
         "subdivide at 3 parameters",
@@ -287,7 +327,11 @@ fn cases() -> Vec<Case> {
         cases.push(case(&format!("interpolate {count} points"), "/v1/interpolate", &body));
     }
     let solve = json!({"kind": "control-points", "basis": {"family": "bezier"}, "order": 15});
-    cases.push(case("fit 1,000 points, 16 control points", "/v1/fit", &json!({"points": wave(1_000), "solve": solve})));
+    cases.push(case(
+        "fit 1,000 points, 16 control points",
+        "/v1/fit",
+        &json!({"points": wave(1_000), "solve": solve}),
+    ));
     cases
 }
 
@@ -345,8 +389,14 @@ fn ours_with(settings: &[&str]) -> Server {
 
 /// Leaves the first core to the servers.
 fn move_to_the_second_core() {
-    let moved = Command::new("taskset").args(["-cp", "1", &std::process::id().to_string()]).stdout(Stdio::null()).status();
-    assert!(moved.is_ok_and(|status| status.success()), "this benchmark needs two cores and taskset, of util-linux");
+    let moved = Command::new("taskset")
+        .args(["-cp", "1", &std::process::id().to_string()])
+        .stdout(Stdio::null())
+        .status();
+    assert!(
+        moved.is_ok_and(|status| status.success()),
+        "this benchmark needs two cores and taskset, of util-linux"
+    );
 }
 
 /// What compression costs the server, of the same answer as it is: with the defaults and where it
@@ -366,10 +416,17 @@ fn compression() {
     ];
     let cubic = json!({"family": "beta-bezier", "beta": 1, "control_points": [[0, 0, 1], [1, 3, 2], [4, 3, 0], [5, 0, 2]]});
     println!("\n{:<50}{:>10}{:>10}{:>8}", "evaluate", "answer", "CPU us", "ratio");
-    for (name, count, accept) in [("1,000 samples", 1_000, ""), ("10,000 samples", 10_000, ""), ("10,000 samples, raw", 10_000, RAW)] {
+    for (name, count, accept) in [
+        ("1,000 samples", 1_000, ""),
+        ("10,000 samples", 10_000, ""),
+        ("10,000 samples, raw", 10_000, RAW),
+    ] {
         let body = json!({"curve": cubic, "sampling": {"kind": "count", "count": count}});
-        let accept = if accept.is_empty() { String::new() } else { format!("accept: {accept}\r\n") };
-        let cases = ways.map(|(server, way, coding)| (server, way, case_with("", "/v1/evaluate", &body, &format!("{coding}{accept}"))));
+        let accept =
+            if accept.is_empty() { String::new() } else { format!("accept: {accept}\r\n") };
+        let cases = ways.map(|(server, way, coding)| {
+            (server, way, case_with("", "/v1/evaluate", &body, &format!("{coding}{accept}")))
+        });
         let mut figures = [const { Vec::new() }; 5];
         for _ in 0..ROUNDS {
             for ((server, _, case), figures) in cases.iter().zip(&mut figures) {
@@ -378,7 +435,8 @@ fn compression() {
         }
         let first = median(figures[0].clone());
         for ((server, way, case), figures) in cases.iter().zip(figures) {
-            let (answer, cpu) = (Client::open(&servers[*server]).ask(&case.request), median(figures));
+            let (answer, cpu) =
+                (Client::open(&servers[*server]).ask(&case.request), median(figures));
             println!("{:<50}{answer:>10}{cpu:>10.1}{:>8.2}", format!("{name}: {way}"), cpu / first);
         }
     }
@@ -427,7 +485,8 @@ fn whole_batch(server: &Server, lines: &str) -> f64 {
             if count == 0 {
                 break;
             }
-            let count_of = |byte: u8| buffer[..count].iter().filter(|b| **b == byte).count() as isize;
+            let count_of =
+                |byte: u8| buffer[..count].iter().filter(|b| **b == byte).count() as isize;
             // Lines of HTTP end in both, lines of the batch in one.
             answered += count_of(b'\n') - count_of(b'\r');
         }
@@ -451,7 +510,8 @@ fn compare(filter: &str) {
                 figures.1.push(latency(server, &case.request));
             }
         }
-        let [(floor_cpu, floor_p50), (cpu, p50)] = figures.map(|(cpu, p50)| (median(cpu), median(p50)));
+        let [(floor_cpu, floor_p50), (cpu, p50)] =
+            figures.map(|(cpu, p50)| (median(cpu), median(p50)));
         println!(
             "{:<38}{:>9}{answer:>9} | {cpu:>9.1}{floor_cpu:>9.1}{:>8.2} | {p50:>9.0}{floor_p50:>9.0}{:>8.2}",
             case.name,

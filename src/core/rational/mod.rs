@@ -97,8 +97,8 @@ impl<const D: usize, const H: usize> Rational<D, H> {
     /// Gives the control points of a curve weights. They are not multiplied with them.
     ///
     /// # Errors
-    /// At `weights`: as [`Weights::new`]; a closed piecewise curve whose first and last weight
-    /// differ. At `closed`: a closed B-spline whose ends are apart in homogeneous coordinates.
+    /// At `weights`: as [`Weights::new`]; a closed curve whose weight is not the same where it starts
+    /// and where it ends.
     pub fn new(context: &Context, curve: Curve<D>, weights: Vec<f64>) -> Result<Self, Error> {
         let count = curve.control_points().len();
         let weights = Weights::new(weights, count).at(Argument::Weights)?;
@@ -113,7 +113,15 @@ impl<const D: usize, const H: usize> Rational<D, H> {
             return Err(place.at(Argument::Weights));
         }
         let rational = Rational { curve, weights };
-        rational.homogeneous(context)?;
+        let closed = rational.curve.closed();
+        let named = |error: Error| match &error.fault {
+            Fault::UnsuitableCurve(_) if closed => {
+                let why = "the curve ends where it starts, but not with the weight it starts with";
+                Fault::UnsuitableCurve(why.into()).at(Argument::Weights)
+            }
+            _ => error,
+        };
+        rational.homogeneous(context).map_err(named)?;
         Ok(rational)
     }
 
