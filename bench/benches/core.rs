@@ -13,7 +13,6 @@ use springline::core::fit::{self, Ends, Solve};
 use springline::core::interpolate::{End, EndConditions, interpolate};
 use springline::core::linear::least_squares::LeastSquares;
 use springline::core::parameterization::Parameterization;
-use springline::core::parameterization::Parameterization;
 use springline::core::point::Point;
 use springline::core::rational::{self, Rational};
 use springline::core::subdivide::{Cuts, Form, subdivide};
