@@ -18,7 +18,7 @@ pub use convert::{Converted, convert};
 pub use evaluate::{evaluate, polyline};
 pub(crate) use jets::Jets;
 pub use join::{Joined, join};
-pub use reshape::{Reshaped, reshape};
+pub use reshape::{PLACES, Reshaped, reshape};
 pub use subdivide::{Subdivision, subdivide};
 pub use to_bspline::{Conversion, to_bspline};
 
