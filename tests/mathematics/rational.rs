@@ -424,3 +424,28 @@ fn a_rational_curve_bends_by_its_shape_parameters_and_stays_smooth() {
     let far = rational::reshape(&context, &curve, bases(), Smoothness::C2).unwrap_err();
     assert_eq!(far.place.to_string(), "/keep");
 }
+
+/// Weights make no difference to what an affine map does: points map, and the map of the curve is
+/// the curve of the mapped points.
+#[test]
+fn an_affine_map_of_the_points_is_one_of_the_curve() {
+    let context = Context::default();
+    let map = |p: P| Point([0.5 * p[0] - 2.0 * p[1] + 7.0, p[0] + 0.25 * p[1] - 3.0]);
+    for basis in [
+        Basis::Bezier(Bezier),
+        Basis::Beta(Beta::from_beta(0.7).unwrap()),
+        Basis::AlphaBeta(AlphaBeta::new(0.5, 2.5).unwrap()),
+    ] {
+        let points = [[0.0, 0.0], [1.0, 3.0], [4.0, -2.0], [5.0, 1.0]].map(Point);
+        let of = |points: Vec<P>| -> Plane {
+            let curve = Single::new(&context, basis.clone(), points).unwrap();
+            Rational::new(&context, Curve::Single(curve), vec![1.0, 20.0, 0.05, 3.0]).unwrap()
+        };
+        let around = Sampling::Count(1_000);
+        let plain = sampled(&of(points.to_vec()), &around, 0).points;
+        let mapped = sampled(&of(points.map(map).to_vec()), &around, 0).points;
+        for (&p, q) in plain.iter().zip(mapped) {
+            assert!(map(p).distance(q) < 1e-14, "{p:?} {q:?}");
+        }
+    }
+}
