@@ -2,12 +2,14 @@
 
 use springline::core::basis::{AlphaBeta, Basis, Beta, Bezier, Quasi, ShapeParameters};
 use springline::core::context::Context;
+use springline::core::continuity::Tolerance;
 use springline::core::curve::{BSpline, Bases, Curve, Piecewise, Single};
 use springline::core::error::Error;
 use springline::core::evaluate::{Quantities, Samples, Sampling, evaluate};
 use springline::core::fault::Fault;
 use springline::core::knots::Breaks;
 use springline::core::point::Point;
+use springline::core::rational::{self, AnyCurve, Rational};
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::to_bspline::{KnotStyle, to_bspline};
 
@@ -15,10 +17,10 @@ use springline::core::to_bspline::{KnotStyle, to_bspline};
 /// end, and it stays among its control points.
 pub fn curve(bytes: &[u8]) -> bool {
     let mut source = Source(bytes);
-    if source.below(2) == 0 { works::<2>(source) } else { works::<3>(source) }
+    if source.below(2) == 0 { works::<2, 3>(source) } else { works::<3, 4>(source) }
 }
 
-fn works<const D: usize>(mut source: Source) -> bool {
+fn works<const D: usize, const H: usize>(mut source: Source) -> bool {
     let Ok(curve) = source.curve::<D>() else { return false };
     let all =
         Quantities { tangent: true, normal: true, curvature: true, torsion: D == 3, speed: true };
@@ -37,7 +39,30 @@ fn works<const D: usize>(mut source: Source) -> bool {
     // These refuse what they cannot do; they must not panic.
     let _ = subdivide(&Context::default(), &curve, &Cuts::Depth(1), Form::Auto);
     let _ = to_bspline(&Context::default(), &curve, KnotStyle::Clamped, 1e-9);
+    works_with_weights::<D, H>(curve, source);
     true
+}
+
+/// The same with weights over twelve decades.
+fn works_with_weights<const D: usize, const H: usize>(curve: Curve<D>, mut source: Source) {
+    let context = Context::default();
+    let weights = curve.control_points().iter().map(|_| 10f64.powi(source.below(13) as i32 - 6));
+    let weights = weights.collect();
+    let Ok(rational) = Rational::<D, H>::new(&context, curve.clone(), weights) else { return };
+    let all =
+        Quantities { tangent: true, normal: true, curvature: true, torsion: D == 3, speed: true };
+    let sampling = Sampling::Count(2 + source.below(30));
+    match rational::evaluate(&context, &rational, &sampling, source.below(5), all) {
+        Ok(samples) => stays_inside(&curve, &samples),
+        Err(error) => {
+            let each = error.clone().each();
+            assert!(each.iter().all(|error| is_expected(&error.fault)), "{error:?}");
+        }
+    }
+    let _ = rational::subdivide(&context, &rational, &Cuts::Depth(1), Form::Auto);
+    let _ = rational::to_bspline(&context, &rational, KnotStyle::Clamped, 1e-9);
+    let any = AnyCurve::Rational(rational);
+    let _ = rational::continuity(&context, &any, Tolerance::default());
 }
 
 /// A parameter outside the domain, or a result beyond the largest double.
