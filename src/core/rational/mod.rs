@@ -173,7 +173,9 @@ impl<const D: usize, const H: usize> Homogeneous<D, H> {
     ) -> Result<Rational<D, H>, Error> {
         let points = curve.control_points();
         if let Some(i) = points.iter().position(|&h| weight(h) <= 0.0 || weight(h).is_nan()) {
-            let why = format!("control point {i} would have a weight that is not positive; Bezier form always has positive ones");
+            let why = format!(
+                "control point {i} would have a weight that is not positive; Bezier form always has positive ones"
+            );
             return Err(Fault::UnsuitableCurve(why).into());
         }
         let weights = points.iter().map(|&h| weight(h) / self.unit).collect();
