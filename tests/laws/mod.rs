@@ -12,6 +12,7 @@ use springline::core::context::Context;
 use springline::core::curve::{Composite, Curve, Single};
 use springline::core::evaluate::{Quantities, Sampling, evaluate};
 use springline::core::point::{Point, magnitude};
+use springline::core::rational::AnyCurve;
 
 /// The cases of one file of reference vectors.
 pub fn cases(file: &str) -> Vec<Value> {
@@ -19,12 +20,16 @@ pub fn cases(file: &str) -> Vec<Value> {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// A curve in the JSON of the API.
+/// A curve without weights in the JSON of the API.
 pub fn parse(value: &Value) -> Dimensioned {
     let context = Context::default();
     let text = value.to_string();
     let curve: wire::Curve = wire::Reading::new(&context).from_slice(text.as_bytes()).unwrap();
-    curve.parse_polynomial(&context).unwrap()
+    match curve.parse(&context).unwrap() {
+        Dimensioned::Plane(AnyCurve::Polynomial(curve)) => Dimensioned::Plane(curve),
+        Dimensioned::Space(AnyCurve::Polynomial(curve)) => Dimensioned::Space(curve),
+        weighted => panic!("a curve without weights was expected: {weighted:?}"),
+    }
 }
 
 /// A plane curve in the JSON of the API.

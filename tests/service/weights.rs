@@ -110,3 +110,24 @@ fn what_takes_no_curve_takes_no_weights_of_one() {
     let answer = server.post_json("/v1/interpolate", &body);
     assert_eq!((answer.status, answer.pointer()), (400, "/weights".into()));
 }
+
+#[test]
+fn weights_in_a_list_of_curves_are_refused_at_their_place() {
+    let server = Server::start();
+    let arc = |weights: Value| json!({"family": "bezier", "control_points": [[0, 0], [1, 1], [2, 0]], "weights": weights});
+    let curves = json!([arc(json!([1, 2, 1])), arc(json!([0, 2, 1]))]);
+    let drawn = json!([{"curve": arc(json!([1, 2, 1]))}, {"curve": arc(json!([0, 2, 1]))}]);
+    for (path, body, pointer) in [
+        ("/v1/continuity", json!({"curves": curves}), "/curves/1/weights/0"),
+        ("/v1/join", json!({"curves": curves, "smoothness": "C0"}), "/curves/1/weights/0"),
+        ("/v1/render", json!({"curves": drawn}), "/curves/1/curve/weights/0"),
+    ] {
+        let answer = server.post_json(path, &body);
+        assert_eq!((answer.status, answer.pointer()), (422, pointer.into()), "{path}");
+    }
+    // And measured where they lie end to end, with weights and without.
+    let line = json!({"family": "bezier", "control_points": [[2, 0], [3, -1]]});
+    let curves = json!([arc(json!([1, 2, 1])), line]);
+    let answer = server.ok("/v1/continuity", &json!({"curves": curves}));
+    assert_eq!(answer["continuity"]["joints"][0]["geometric"], "G1");
+}

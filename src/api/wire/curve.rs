@@ -75,30 +75,6 @@ pub type Dimensioned<P = core::Curve<2>, S = core::Curve<3>> =
 /// A curve with weights or without.
 pub type AnyDimensioned = Dimensioned<AnyCurve<2, 3>, AnyCurve<3, 4>>;
 
-impl AnyDimensioned {
-    /// The curve without weights.
-    ///
-    /// # Errors
-    /// At `weights`: they make it rational.
-    pub fn polynomial(self) -> Result<Dimensioned, Error> {
-        fn of<const D: usize, const H: usize>(
-            curve: AnyCurve<D, H>,
-        ) -> Result<core::Curve<D>, Error> {
-            match curve {
-                AnyCurve::Polynomial(curve) => Ok(curve),
-                AnyCurve::Rational(_) => {
-                    let why = "this takes curves without weights only";
-                    Err(Fault::UnsuitableCurve(why.into())).at("weights")
-                }
-            }
-        }
-        Ok(match self {
-            Dimensioned::Plane(curve) => Dimensioned::Plane(of(curve)?),
-            Dimensioned::Space(curve) => Dimensioned::Space(of(curve)?),
-        })
-    }
-}
-
 /// Curves of one dimension, with weights or without.
 pub type AnyCurves = Dimensioned<Vec<AnyCurve<2, 3>>, Vec<AnyCurve<3, 4>>>;
 
@@ -192,14 +168,6 @@ impl Curve {
             Points::Plane(points) => Dimensioned::Plane(frame.weighted(context, points, weights)?),
             Points::Space(points) => Dimensioned::Space(frame.weighted(context, points, weights)?),
         })
-    }
-
-    /// The core's curve, which has no weights.
-    ///
-    /// # Errors
-    /// As [`Curve::parse`]; weights that make it rational.
-    pub fn parse_polynomial(self, context: &Context) -> Result<Dimensioned, Error> {
-        self.parse(context)?.polynomial()
     }
 
     /// All but the control points.

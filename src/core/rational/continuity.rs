@@ -28,7 +28,7 @@ pub fn continuity<const D: usize, const H: usize>(
             Ok((composite.breaks().domain(), report))
         }
         AnyCurve::Rational(rational) => {
-            let orders = Orders::of(context, rational)?;
+            let orders = Orders::of(context, rational).at(Argument::Curve)?;
             let (breaks, closed) = (&orders.breaks, rational.curve().closed());
             let report = measured(context, breaks, |i| orders.segments[i], closed, tolerance)?;
             Ok((breaks.domain(), report))
@@ -80,8 +80,8 @@ struct Orders<const D: usize> {
 
 impl<const D: usize> Orders<D> {
     fn of<const H: usize>(context: &Context, rational: &Rational<D, H>) -> Result<Self, Error> {
-        let lifted = rational.homogeneous(context).at(Argument::Curve)?;
-        let composite = lifted.curve.composite(context).at(Argument::Curve)?;
+        let lifted = rational.homogeneous(context)?;
+        let composite = lifted.curve.composite(context)?;
         let first = composite.derivative(context)?;
         let second = first.derivative(context)?;
         let gains = [composite.gains(1), composite.gains(2)];

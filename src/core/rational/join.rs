@@ -1,6 +1,6 @@
 //! Joining rational curves smoothly.
 
-use super::{AnyCurve, Rational, continuity};
+use super::{AnyCurve, continuity};
 use crate::core::argument::Argument;
 use crate::core::context::Context;
 use crate::core::continuity::{Report, Tolerance};
@@ -71,14 +71,4 @@ fn shared<const D: usize>(singles: &[Single<D>], weights: &[f64]) -> Vec<f64> {
         rest = after;
     }
     shared
-}
-
-impl<const D: usize, const H: usize> Rational<D, H> {
-    /// Its one segment and the weights, if it is one.
-    pub fn into_single(self) -> Option<(Single<D>, Vec<f64>)> {
-        match self.into_parts() {
-            (Curve::Single(single), weights) => Some((single, weights)),
-            _ => None,
-        }
-    }
 }

@@ -83,14 +83,6 @@ impl<const D: usize, const H: usize> AnyCurve<D, H> {
             }
         }
     }
-
-    /// The curve of the control points alone.
-    pub fn polygon_curve(&self) -> &Curve<D> {
-        match self {
-            AnyCurve::Polynomial(curve) => curve,
-            AnyCurve::Rational(rational) => &rational.curve,
-        }
-    }
 }
 
 impl<const D: usize, const H: usize> Rational<D, H> {
