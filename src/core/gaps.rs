@@ -145,8 +145,7 @@ impl Gaps {
         let (left, right) = (1.0 / norm(first.left), 1.0 / norm(first.right));
         let slowness = larger(left, right);
         let curvature = |slowness: f64, tangent: Point<D>, acceleration: Point<D>| {
-            let normal = acceleration - tangent * tangent.dot(acceleration);
-            normal * slowness * slowness
+            acceleration.across(tangent) * slowness * slowness
         };
         let tangents = (first.left * left, first.right * right);
         let blur = first.rounding * slowness;

@@ -48,6 +48,13 @@ impl<const D: usize> Point<D> {
         Some(scaled.map(|x| x / scaled.dot(scaled).sqrt()))
     }
 
+    /// The part across a unit vector. Of a second derivative across the tangent, that is the
+    /// curvature vector times the speed squared.
+    #[inline(always)]
+    pub fn across(self, unit: Self) -> Self {
+        self - unit * unit.dot(self)
+    }
+
     /// The same function of every coordinate.
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Point(self.0.map(f))

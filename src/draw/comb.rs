@@ -56,8 +56,7 @@ pub fn teeth<const D: usize>(
 fn bend<const D: usize>(velocity: Point<D>, acceleration: Point<D>) -> Option<Point<D>> {
     let tangent = velocity.unit()?;
     let speed = velocity.norm();
-    let across = tangent * acceleration.dot(tangent) - acceleration;
-    Some(across.map(|x| x / speed / speed))
+    Some(acceleration.across(tangent).map(|x| -x / speed / speed))
 }
 
 /// How long the lines of a comb are.

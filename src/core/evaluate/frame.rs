@@ -54,7 +54,7 @@ impl<const D: usize> MovingFrame<D> {
             };
         };
         // The part of the second derivative across the tangent: curvature times speed squared.
-        let across = second - t * t.dot(second);
+        let across = second.across(t);
         let bend = across.norm();
         if D == 2 {
             let left = Self::left_of(t);
