@@ -54,6 +54,12 @@ impl Weights {
         self.0
     }
 
+    /// The same with the largest below 1: see [`Weights::unit`].
+    pub(crate) fn scaled(&self) -> Vec<f64> {
+        let unit = self.unit();
+        self.0.iter().map(|w| w * unit).collect()
+    }
+
     /// Whether all are the same: then they mean nothing.
     pub fn are_equal(&self) -> bool {
         self.0.windows(2).all(|pair| pair[0] == pair[1])

@@ -16,6 +16,7 @@ use springline::core::rational::{self, AnyCurve, Rational};
 use springline::core::smoothness::Smoothness;
 use springline::core::subdivide::{Cuts, Form};
 use springline::core::to_bspline::KnotStyle;
+use springline::core::weights::Weights;
 
 type P = Point<2>;
 type Plane = Rational<2, 3>;
@@ -299,7 +300,7 @@ fn scaling_all_weights_changes_nothing_but_last_digits() {
     let around = Sampling::Count(1_000);
     let before = sampled(&curve, &around, 2);
     for factor in [2f64.powi(900), 2f64.powi(-900), 3.0, 1e-7] {
-        let scaled = weights.iter().map(|w| w * factor).collect();
+        let scaled = weights.as_slice().iter().map(|w| w * factor).collect();
         let other: Plane = Rational::new(&context, outline.clone(), scaled).unwrap();
         let after = sampled(&other, &around, 2);
         let close = |a: &[P], b: &[P]| a.iter().zip(b).all(|(a, b)| a.distance(*b) < 1e-13);
@@ -345,10 +346,10 @@ fn the_circumference_by_speeds_is_two_pi() {
     assert!((sum * h / 3.0 - 2.0 * PI).abs() < 1e-11, "{:e}", sum * h / 3.0 - 2.0 * PI);
 }
 
-fn arc(points: [[f64; 2]; 4], weights: [f64; 4]) -> (Single<2>, Option<Vec<f64>>) {
+fn arc(points: [[f64; 2]; 4], weights: [f64; 4]) -> (Single<2>, Option<Weights>) {
     let context = Context::default();
     let curve = Single::new(&context, Basis::Bezier(Bezier), points.map(Point).to_vec()).unwrap();
-    (curve, Some(weights.to_vec()))
+    (curve, Some(Weights::new(weights.to_vec(), 4).unwrap()))
 }
 
 #[test]
@@ -377,7 +378,7 @@ fn rational_curves_join_with_the_class_asked_for() {
         // One factor for all weights of a curve changes no curve: ratios inside each are as given.
         let weights = whole.weights().as_slice();
         for (i, (_, given)) in curves().into_iter().enumerate() {
-            let given = given.unwrap_or_else(|| vec![1.0; 4]);
+            let given = given.map_or_else(|| vec![1.0; 4], Weights::into_vec);
             for k in 0..4 {
                 let ratio = weights[3 * i + k] / weights[3 * i];
                 assert!((ratio / (given[k] / given[0]) - 1.0).abs() < 1e-14);
@@ -448,4 +449,49 @@ fn an_affine_map_of_the_points_is_one_of_the_curve() {
             assert!(map(p).distance(q) < 1e-14, "{p:?} {q:?}");
         }
     }
+}
+
+/// The size of all weights of a curve means nothing, not even where products of it overflow.
+#[test]
+fn weights_as_large_or_small_as_doubles_join_and_bend() {
+    let context = Context::default();
+    let curves = |[a, b]: [f64; 2]| {
+        vec![
+            arc(
+                [[0.0, 0.0], [1.0, 1.0], [2.0, 1.2], [3.0, 0.5]],
+                [1.0, 2.0, 0.5, 1.0].map(|w| w * a),
+            ),
+            arc(
+                [[3.0, 0.5], [4.0, -0.5], [5.0, -1.0], [6.0, 0.0]],
+                [0.5, 1.0, 2.0, 1.0].map(|w| w * b),
+            ),
+        ]
+    };
+    for smoothness in [Smoothness::C1, Smoothness::G2] {
+        let join =
+            |sizes| rational::join::<2, 3>(&context, curves(sizes), smoothness, Default::default());
+        let plain = join([1.0, 1.0]).unwrap();
+        for sizes in [[1e300, 1e-300], [1e-300, 1e300], [8e307, 8e307], [1e-308, 1.0]] {
+            let joined = join(sizes).unwrap();
+            for (a, b) in joined.moved.concat().iter().zip(plain.moved.concat()) {
+                assert!((a - b).abs() < 1e-9, "{sizes:?}: {a} {b}");
+            }
+            let AnyCurve::Rational(curve) = joined.curve else { panic!("weights") };
+            let bases = Bases::Common(Basis::Beta(Beta::from_beta(0.4).unwrap()));
+            let bent = rational::reshape(&context, &curve, bases, Smoothness::G1).unwrap();
+            assert!(bent.continuity.class >= Smoothness::G1);
+        }
+    }
+}
+
+#[test]
+fn curves_whose_weights_would_differ_too_much_do_not_join() {
+    let points = [[0.0, 0.0], [1.0, 1.0], [2.0, 1.2], [3.0, 0.5]];
+    let steep = || arc(points, [1.0, 1.0, 1.0, 1e10]);
+    let curves = vec![steep(), steep(), steep()];
+    let context = Context::default();
+    let error = rational::join::<2, 3>(&context, curves, Smoothness::C0, Default::default());
+    let error = error.unwrap_err();
+    assert_eq!(error.place.to_string(), "/curves");
+    assert!(matches!(error.fault, Fault::UnsuitableCurve(_)), "{error}");
 }

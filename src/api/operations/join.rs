@@ -16,6 +16,7 @@ use crate::core::join as core;
 use crate::core::point::Point;
 use crate::core::rational::{self, AnyCurve};
 use crate::core::smoothness;
+use crate::core::weights::Weights;
 
 crate::names! {
     /// The smoothness wanted at every joint.
@@ -183,7 +184,7 @@ where
 }
 
 /// A segment and its weights, if it has any.
-type Weighted<const D: usize> = (Single<D>, Option<Vec<f64>>);
+type Weighted<const D: usize> = (Single<D>, Option<Weights>);
 
 fn single<const D: usize, const H: usize>(curve: AnyCurve<D, H>) -> Result<Weighted<D>, Fault> {
     let (curve, weights) = match curve {

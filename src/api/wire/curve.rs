@@ -267,7 +267,7 @@ impl Curve {
         Points: From<Vec<Point<D>>>,
     {
         let (curve, weights) = curve.into_parts();
-        Self { weights: Some(weights), ..Self::of_core(curve) }
+        Self { weights: Some(weights.into_vec()), ..Self::of_core(curve) }
     }
 
     fn single(basis: Basis, points: Points) -> Self {

@@ -6,8 +6,10 @@ use crate::core::context::Context;
 use crate::core::continuity::{Report, Tolerance};
 use crate::core::curve::{Curve, Piecewise, Single};
 use crate::core::error::Error;
+use crate::core::fault::Fault;
 use crate::core::join::{Movable, join_weighted};
 use crate::core::smoothness::Smoothness;
+use crate::core::weights::Weights;
 
 /// Rational curves joined.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,12 +30,17 @@ pub struct Joined<const D: usize, const H: usize> {
 /// As [`join`](crate::core::join::join). At `curves`: weights that then differ too much.
 pub fn join<const D: usize, const H: usize>(
     context: &Context,
-    curves: Vec<(Single<D>, Option<Vec<f64>>)>,
+    curves: Vec<(Single<D>, Option<Weights>)>,
     smoothness: Smoothness,
     movable: Movable,
 ) -> Result<Joined<D, H>, Error> {
     let (singles, weights) = with_common_weights(curves);
     let shared = shared(&singles, &weights);
+    // Before anything is computed with them.
+    if Weights::new(shared.clone(), shared.len()).is_err() {
+        let why = "joined, the weights of these curves would differ by more than a factor of 1e12";
+        return Err(Fault::UnsuitableCurve(why.into()).at(Argument::Curves));
+    }
     let weighted = |curve: &Piecewise<D>| {
         let curve = Curve::Piecewise(curve.clone());
         AnyCurve::<D, H>::new(context, curve, shared.clone())
@@ -46,16 +53,18 @@ pub fn join<const D: usize, const H: usize>(
     Ok(Joined { curve, moved, continuity })
 }
 
-/// The curves, and the weights of all their points, the same on both sides of each joint.
+/// The curves, and the weights of all their points, the same on both sides of each joint. All are
+/// scaled, as those of one curve may be as large as a double.
 fn with_common_weights<const D: usize>(
-    curves: Vec<(Single<D>, Option<Vec<f64>>)>,
+    curves: Vec<(Single<D>, Option<Weights>)>,
 ) -> (Vec<Single<D>>, Vec<f64>) {
     let mut all: Vec<f64> = Vec::new();
     let mut singles = Vec::with_capacity(curves.len());
     for (curve, weights) in curves {
-        let weights = weights.unwrap_or_else(|| vec![1.0; curve.order() + 1]);
-        let factor = all.last().map_or(1.0, |last| last / weights[0]);
-        all.extend(weights.iter().map(|w| w * factor));
+        let weights = weights.unwrap_or_else(|| Weights::ones(curve.order() + 1));
+        let scaled = weights.scaled();
+        let factor = all.last().map_or(1.0, |last| last / scaled[0]);
+        all.extend(scaled.iter().map(|w| w * factor));
         singles.push(curve);
     }
     (singles, all)

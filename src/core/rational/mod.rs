@@ -128,16 +128,16 @@ impl<const D: usize, const H: usize> Rational<D, H> {
     }
 
     /// The parts.
-    pub fn into_parts(self) -> (Curve<D>, Vec<f64>) {
-        (self.curve, self.weights.into_vec())
+    pub fn into_parts(self) -> (Curve<D>, Weights) {
+        (self.curve, self.weights)
     }
 
     /// In homogeneous coordinates: points from an origin near them, weights of about 1.
     pub(crate) fn homogeneous(&self, context: &Context) -> Result<Homogeneous<D, H>, Error> {
         let (origin, points) = localized(self.curve.control_points());
         let unit = self.weights.unit();
-        let lift = |(&p, &w): (&Point<D>, &f64)| lifted::<D, H>(p, w * unit);
-        let points = points.iter().zip(self.weights.as_slice()).map(lift).collect();
+        let lift = |(&p, w): (&Point<D>, f64)| lifted::<D, H>(p, w);
+        let points = points.iter().zip(self.weights.scaled()).map(lift).collect();
         let curve = self.curve.with_points(context, points).of_result()?;
         Ok(Homogeneous { origin, unit, curve })
     }

@@ -83,7 +83,7 @@ fn mended<const D: usize, const H: usize>(
     bent: Piecewise<D>,
     keep: Smoothness,
 ) -> Result<Piecewise<D>, Error> {
-    let (order, weights) = (bent.order(), old.weights().as_slice());
+    let (order, weights) = (bent.order(), old.weights().scaled());
     let row = |segment: usize, side: Side| {
         let (a, b) = bent.breaks().interval(segment);
         let weights = &weights[segment * order..=(segment + 1) * order];
