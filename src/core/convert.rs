@@ -12,15 +12,15 @@ use crate::core::context::Context;
 
 /// A curve in another basis.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Converted<const D: usize> {
+pub struct Converted<C, const D: usize> {
     /// The same curve: a single segment stays one, anything else becomes piecewise over the same
     /// domain.
-    pub curve: Curve<D>,
+    pub curve: C,
     /// By how much the control points may amplify relative rounding errors: the 2-norm condition
     /// number of the new shape matrix.
     pub condition: f64,
     /// The construction of the Bezier points of each segment, where the input is cubic Beta-Bezier
-    /// throughout; else empty.
+    /// throughout and without weights; else empty.
     pub construction: Vec<Construction<D>>,
 }
 
@@ -50,7 +50,7 @@ pub fn convert<const D: usize>(
     curve: &Curve<D>,
     to: Basis,
     order: Option<usize>,
-) -> Result<Converted<D>, Error> {
+) -> Result<Converted<Curve<D>, D>, Error> {
     let composite = curve.composite(context).at(Argument::Curve)?;
     let degree = composite.degree();
     let order = order.or(to.own_order()).unwrap_or(degree);

@@ -103,20 +103,26 @@ pub fn evaluate<const D: usize>(
     check_size(context, parameters.len(), derivatives, quantities)?;
     let highest = derivatives.max(quantities.highest_derivative());
     let jets = jets(context, &composite, &parameters, highest)?;
-    // Derivatives are as exact as differences of the control points are: they round in units of
-    // their own size.
+    let mut roundings = roundings(&composite);
+    let frames = frames(context, &jets, quantities, |i| roundings(parameters[i]))?;
+    Ok(Samples::new(composite.breaks().domain(), parameters, jets, derivatives, frames))
+}
+
+/// The rounding errors of the first two derivatives at parameters in turn. Derivatives are as exact
+/// as differences of the control points are: they round in units of their own size.
+pub(crate) fn roundings<const D: usize>(
+    composite: &Composite<D>,
+) -> impl FnMut(f64) -> [f64; 2] + '_ {
     let gains = [composite.gains(1), composite.gains(2)];
     let mut segment = 0;
     let mut size = magnitude(composite.local(0).points);
-    let rounding = |index: usize| {
-        let next = composite.breaks().segment_near(segment, parameters[index]);
+    move |t| {
+        let next = composite.breaks().segment_near(segment, t);
         if next != segment {
             (segment, size) = (next, magnitude(composite.local(next).points));
         }
         [0, 1].map(|k| 8.0 * f64::EPSILON * size * gains[k][segment])
-    };
-    let frames = frames(context, &jets, quantities, rounding)?;
-    Ok(Samples::new(composite.breaks().domain(), parameters, jets, derivatives, frames))
+    }
 }
 
 /// Refuses what no curve of this dimension has.

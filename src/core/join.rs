@@ -38,9 +38,9 @@ pub enum Movable {
 
 /// Curves joined.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Joined<const D: usize> {
+pub struct Joined<C> {
     /// The piecewise curve.
-    pub curve: Piecewise<D>,
+    pub curve: C,
     /// `moved[i][j]`: how far point `j` of curve `i` moved.
     pub moved: Vec<Vec<f64>>,
     /// The continuity reached, measured.
@@ -90,7 +90,7 @@ pub fn join<const D: usize>(
     curves: Vec<Single<D>>,
     smoothness: Smoothness,
     movable: Movable,
-) -> Result<Joined<D>, Error> {
+) -> Result<Joined<Piecewise<D>>, Error> {
     let measure = |curve: &Piecewise<D>| {
         continuity(context, &curve.composite(context)?, false, Tolerance::default())
     };
@@ -106,7 +106,7 @@ pub(crate) fn join_weighted<const D: usize>(
     smoothness: Smoothness,
     movable: Movable,
     measure: impl FnOnce(&Piecewise<D>) -> Result<Report, Error>,
-) -> Result<Joined<D>, Error> {
+) -> Result<Joined<Piecewise<D>>, Error> {
     check(context, &curves).at(Argument::Curves)?;
     let mut chain = Chain { weights, ..Chain::new(curves, smoothness, movable) };
     if smoothness.is_geometric() {
@@ -299,7 +299,7 @@ impl<const D: usize> Chain<D> {
         self,
         context: &Context,
         measure: impl FnOnce(&Piecewise<D>) -> Result<Report, Error>,
-    ) -> Result<Joined<D>, Error> {
+    ) -> Result<Joined<Piecewise<D>>, Error> {
         let per_curve = self.order + 1;
         let moves: Vec<f64> =
             self.points.iter().zip(&self.original).map(|(p, q)| p.distance(*q)).collect();

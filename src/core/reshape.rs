@@ -14,12 +14,13 @@ use crate::core::linear::least_change::{Condition, least_change};
 
 /// A curve with new shape parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reshaped<const D: usize> {
+pub struct Reshaped<C> {
     /// The curve.
-    pub curve: Curve<D>,
+    pub curve: C,
     /// Its continuity, measured.
     pub continuity: Report,
-    /// The largest distance between the old and the new curve at equal fractions of their domains.
+    /// The largest distance between the old and the new curve at equal fractions of their domains;
+    /// of a rational curve, at [`PLACES`](crate::core::rational::PLACES) and one of each segment.
     pub curve_moved: f64,
     /// The largest distance that a control point moved.
     pub points_moved: f64,
@@ -43,7 +44,7 @@ pub fn reshape<const D: usize>(
     curve: &Curve<D>,
     bases: Bases,
     keep: Smoothness,
-) -> Result<Reshaped<D>, Error> {
+) -> Result<Reshaped<Curve<D>>, Error> {
     if keep == Smoothness::G2 {
         let why = "G2 cannot be kept alone; keep G1, C1 or C2";
         return Err(Fault::Contradiction(why.into()).at(Argument::Keep));

@@ -53,9 +53,9 @@ pub enum Form {
 
 /// A curve cut into pieces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Subdivision<const D: usize> {
+pub struct Subdivision<C, const D: usize> {
     /// The pieces, over the domain of the input: equal to the input at every parameter.
-    pub curve: Piecewise<D>,
+    pub curve: C,
     /// The parameters of the cuts.
     pub split_parameters: Vec<f64>,
     /// The points there.
@@ -95,7 +95,7 @@ pub fn subdivide<const D: usize>(
     curve: &Curve<D>,
     cuts: &Cuts,
     form: Form,
-) -> Result<Subdivision<D>, Error> {
+) -> Result<Subdivision<Piecewise<D>, D>, Error> {
     subdivide_by(context, curve, cuts, form, &Affine)
 }
 
@@ -106,7 +106,7 @@ pub(crate) fn subdivide_by<const D: usize>(
     cuts: &Cuts,
     form: Form,
     metric: &impl Metric<D>,
-) -> Result<Subdivision<D>, Error> {
+) -> Result<Subdivision<Piecewise<D>, D>, Error> {
     let composite = curve.composite(context).at(Argument::Curve)?;
     let settled = match cuts {
         Cuts::Parameters(values) => {
@@ -312,7 +312,7 @@ mod tests {
         Curve::Single(Single::new(&Context::default(), Basis::Bezier(Bezier), points).unwrap())
     }
 
-    fn cut(curve: &Curve<2>, cuts: &Cuts) -> Subdivision<2> {
+    fn cut(curve: &Curve<2>, cuts: &Cuts) -> Subdivision<Piecewise<2>, 2> {
         subdivide(&Context::default(), curve, cuts, Form::Auto).unwrap()
     }
 

@@ -7,7 +7,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use springline::core::basis::{Basis, Beta, Bezier};
 use springline::core::context::Context;
-use springline::core::curve::Single;
+use springline::core::curve::{Piecewise, Single};
 use springline::core::error::Error;
 use springline::core::join::{Joined, Movable, join};
 use springline::core::point::Point;
@@ -59,7 +59,7 @@ fn sketched<const D: usize>(
     })
 }
 
-fn reached<const D: usize>(joined: &Joined<D>, class: Smoothness) -> bool {
+fn reached<const D: usize>(joined: &Joined<Piecewise<D>>, class: Smoothness) -> bool {
     joined.continuity.joints.iter().all(|joint| match class {
         Smoothness::Discontinuous | Smoothness::C0 => joint.parametric >= Smoothness::C0,
         Smoothness::C1 => joint.parametric >= Smoothness::C1,
@@ -95,7 +95,7 @@ fn may_move(
 /// points returned.
 fn check<const D: usize>(
     curves: &[Single<D>],
-    joined: &Joined<D>,
+    joined: &Joined<Piecewise<D>>,
     class: Smoothness,
     side: Movable,
 ) {
@@ -117,7 +117,7 @@ fn check<const D: usize>(
     }
 }
 
-fn squares<const D: usize>(joined: &Joined<D>) -> f64 {
+fn squares<const D: usize>(joined: &Joined<Piecewise<D>>) -> f64 {
     joined.moved.iter().flatten().map(|d| d * d).sum()
 }
 

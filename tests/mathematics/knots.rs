@@ -14,7 +14,7 @@ use springline::core::point::{Point, magnitude};
 use springline::core::subdivide::{Cuts, Form, subdivide};
 use springline::core::to_bspline::{Conversion, KnotStyle, to_bspline};
 
-fn converted(curve: &Curve<2>, style: KnotStyle) -> Conversion<2> {
+fn converted(curve: &Curve<2>, style: KnotStyle) -> Conversion<BSpline<2>> {
     to_bspline(&Context::default(), curve, style, CONTINUITY_TOLERANCE).unwrap()
 }
 
@@ -52,7 +52,7 @@ fn a_minimal_clamped_b_spline_comes_back_bit_for_bit() {
 }
 
 /// The control points of a result against exact ones, relative to the largest coordinate.
-fn error(found: &Conversion<2>, curve: &Curve<2>, expected: &[Point<2>]) -> f64 {
+fn error(found: &Conversion<BSpline<2>>, curve: &Curve<2>, expected: &[Point<2>]) -> f64 {
     apart(found.curve.control_points(), expected) / size(curve).max(magnitude(expected))
 }
 

@@ -144,17 +144,23 @@ where
     Points: From<Vec<Point<D>>>,
     Vector: From<Point<D>>,
 {
-    let converted = match curve {
-        AnyCurve::Polynomial(curve) => core::convert(context, curve, basis, order)?,
-        AnyCurve::Rational(curve) => {
-            let converted = rational::convert(context, curve, basis, order)?;
-            return Ok(ConvertAnswer {
-                curve: Curve::of_rational(converted.curve),
-                condition: converted.condition,
-                construction: None,
-            });
+    Ok(match curve {
+        AnyCurve::Polynomial(curve) => {
+            answer(core::convert(context, curve, basis, order)?, Curve::of_core)
         }
-    };
+        AnyCurve::Rational(curve) => {
+            answer(rational::convert(context, curve, basis, order)?, Curve::of_rational)
+        }
+    })
+}
+
+fn answer<C, const D: usize>(
+    converted: core::Converted<C, D>,
+    curve: impl FnOnce(C) -> Curve,
+) -> ConvertAnswer
+where
+    Vector: From<Point<D>>,
+{
     let construction = |c: &core::Construction<D>| Construction {
         r11: Some(c.r11.into()),
         r12: Some(c.r12.into()),
@@ -162,9 +168,9 @@ where
         r22: Some(c.r22.into()),
     };
     let constructions: Vec<_> = converted.construction.iter().map(construction).collect();
-    Ok(ConvertAnswer {
-        curve: Curve::of_core(converted.curve),
+    ConvertAnswer {
+        curve: curve(converted.curve),
         condition: converted.condition,
         construction: (!constructions.is_empty()).then_some(constructions),
-    })
+    }
 }

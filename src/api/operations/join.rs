@@ -164,23 +164,29 @@ where
 {
     let singles = curves.into_iter().enumerate().map(|(i, curve)| single(curve).at("family").at(i));
     let singles = singles.collect::<Result<Vec<_>, _>>().at("curves")?;
+    let (smoothness, movable_points) = (smoothness.into(), movable.into());
     if singles.iter().any(|(_, weights)| weights.is_some()) {
-        let joined = rational::join::<D, H>(context, singles, smoothness.into(), movable.into())?;
-        return Ok(JoinAnswer {
-            curve: Curve::of_any(joined.curve),
-            moved: joined.moved,
-            continuity: Continuity::of_core(&joined.continuity, style),
-            movable,
-        });
+        let joined = rational::join::<D, H>(context, singles, smoothness, movable_points)?;
+        return Ok(answer(joined, Curve::of_any, movable, style));
     }
     let singles = singles.into_iter().map(|(single, _)| single).collect();
-    let joined = core::join(context, singles, smoothness.into(), movable.into())?;
-    Ok(JoinAnswer {
-        curve: Curve::of_core(curve::Curve::Piecewise(joined.curve)),
+    let joined = core::join(context, singles, smoothness, movable_points)?;
+    let of_core = |curve| Curve::of_core(curve::Curve::Piecewise(curve));
+    Ok(answer(joined, of_core, movable, style))
+}
+
+fn answer<C>(
+    joined: core::Joined<C>,
+    curve: impl FnOnce(C) -> Curve,
+    movable: Movable,
+    style: ReportStyle,
+) -> JoinAnswer {
+    JoinAnswer {
+        curve: curve(joined.curve),
         moved: joined.moved,
         continuity: Continuity::of_core(&joined.continuity, style),
         movable,
-    })
+    }
 }
 
 /// A segment and its weights, if it has any.

@@ -156,25 +156,28 @@ where
         Keep::C1 => Smoothness::C1,
         Keep::C2 => Smoothness::C2,
     };
-    let curve = match curve {
-        AnyCurve::Polynomial(curve) => curve,
+    Ok(match curve {
+        AnyCurve::Polynomial(curve) => {
+            answer(core::reshape(context, curve, bases, wanted)?, Curve::of_core, keep, style)
+        }
         AnyCurve::Rational(curve) => {
             let reshaped = rational::reshape(context, curve, bases, wanted)?;
-            return Ok(ReshapeAnswer {
-                curve: Curve::of_rational(reshaped.curve),
-                continuity: Continuity::of_core(&reshaped.continuity, style),
-                curve_moved: reshaped.curve_moved,
-                points_moved: reshaped.points_moved,
-                keep,
-            });
+            answer(reshaped, Curve::of_rational, keep, style)
         }
-    };
-    let reshaped = core::reshape(context, curve, bases, wanted)?;
-    Ok(ReshapeAnswer {
-        curve: Curve::of_core(reshaped.curve),
+    })
+}
+
+fn answer<C>(
+    reshaped: core::Reshaped<C>,
+    curve: impl FnOnce(C) -> Curve,
+    keep: Keep,
+    style: ReportStyle,
+) -> ReshapeAnswer {
+    ReshapeAnswer {
+        curve: curve(reshaped.curve),
         continuity: Continuity::of_core(&reshaped.continuity, style),
         curve_moved: reshaped.curve_moved,
         points_moved: reshaped.points_moved,
         keep,
-    })
+    }
 }

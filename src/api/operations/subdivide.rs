@@ -167,31 +167,34 @@ fn cut<const D: usize, const H: usize>(
 where
     Points: From<Vec<Point<D>>>,
 {
-    let form_of = |in_family| if in_family { Form::Family } else { Form::Bezier };
     Ok(match curve {
         AnyCurve::Polynomial(curve) => {
-            let pieces = core::subdivide(context, curve, at, form.into())?;
-            SubdivideAnswer {
-                curve: Curve::of_core(curve::Curve::Piecewise(pieces.curve)),
-                split_parameters: pieces.split_parameters,
-                split_points: pieces.split_points.into(),
-                form: form_of(pieces.in_family),
-                condition: pieces.condition,
-                tolerance,
-            }
+            let of_core = |curve| Curve::of_core(curve::Curve::Piecewise(curve));
+            answer(core::subdivide(context, curve, at, form.into())?, of_core, tolerance)
         }
         AnyCurve::Rational(curve) => {
             let pieces = rational::subdivide(context, curve, at, form.into())?;
-            SubdivideAnswer {
-                curve: Curve::of_rational(pieces.curve),
-                split_parameters: pieces.split_parameters,
-                split_points: pieces.split_points.into(),
-                form: form_of(pieces.in_family),
-                condition: pieces.condition,
-                tolerance,
-            }
+            answer(pieces, Curve::of_rational, tolerance)
         }
     })
+}
+
+fn answer<C, const D: usize>(
+    pieces: core::Subdivision<C, D>,
+    curve: impl FnOnce(C) -> Curve,
+    tolerance: Option<f64>,
+) -> SubdivideAnswer
+where
+    Points: From<Vec<Point<D>>>,
+{
+    SubdivideAnswer {
+        curve: curve(pieces.curve),
+        split_parameters: pieces.split_parameters,
+        split_points: pieces.split_points.into(),
+        form: if pieces.in_family { Form::Family } else { Form::Bezier },
+        condition: pieces.condition,
+        tolerance,
+    }
 }
 
 impl From<Form> for core::Form {

@@ -160,27 +160,33 @@ where
         KnotStyle::Uniform => core::KnotStyle::Uniform,
         KnotStyle::Periodic => core::KnotStyle::Periodic,
     };
-    let (curve, joints, deviation) = match curve {
+    Ok(match curve {
         AnyCurve::Polynomial(curve) => {
-            let result = core::to_bspline(context, curve, wanted, tolerance)?;
-            let curve = Curve::of_core(curve::Curve::BSpline(result.curve));
-            (curve, result.joints, result.deviation)
+            let of_core = |curve| Curve::of_core(curve::Curve::BSpline(curve));
+            answer(core::to_bspline(context, curve, wanted, tolerance)?, of_core, style)
         }
         AnyCurve::Rational(curve) => {
             let result = rational::to_bspline(context, curve, wanted, tolerance)?;
-            (Curve::of_rational(result.curve), result.joints, result.deviation)
+            answer(result, Curve::of_rational, style)
         }
-    };
+    })
+}
+
+fn answer<C>(
+    result: core::Conversion<C>,
+    curve: impl FnOnce(C) -> Curve,
+    style: KnotStyle,
+) -> ToBsplineAnswer {
     let joint = |joint: &core::FormerJoint| FormerJoint {
         parameter: joint.parameter,
         continuity: joint.continuity,
         multiplicity: Whole(joint.multiplicity),
     };
-    Ok(ToBsplineAnswer {
-        joints: joints.iter().map(joint).collect(),
-        curve,
-        deviation,
+    ToBsplineAnswer {
+        joints: result.joints.iter().map(joint).collect(),
+        curve: curve(result.curve),
+        deviation: result.deviation,
         knots: style,
-        tolerance,
-    })
+        tolerance: result.tolerance,
+    }
 }

@@ -6,7 +6,7 @@ fn bezier<const D: usize>(points: &[[f64; D]]) -> Single<D> {
     Single::new(&Context::default(), Basis::Bezier(Bezier), points).unwrap()
 }
 
-fn joined(curves: &[Single<2>], smoothness: Smoothness, movable: Movable) -> Joined<2> {
+fn joined(curves: &[Single<2>], smoothness: Smoothness, movable: Movable) -> Joined<Piecewise<2>> {
     join(&Context::default(), curves.to_vec(), smoothness, movable).unwrap()
 }
 
@@ -26,7 +26,7 @@ fn ends_that_may_both_move_meet_halfway() {
 fn the_following_parabola_goes_on_as_the_leading_one() {
     let leading = bezier(&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]]);
     let curves = [leading, bezier(&[[2.0, 0.0], [3.0, 0.0], [4.0, 0.0]])];
-    let ends = |joined: &Joined<2>| joined.curve.control_points()[3..].to_vec();
+    let ends = |joined: &Joined<Piecewise<2>>| joined.curve.control_points()[3..].to_vec();
     let first = joined(&curves, Smoothness::C1, Movable::Following);
     assert_eq!(ends(&first), [[3.0, -1.0], [4.0, 0.0]].map(Point));
     let second = joined(&curves, Smoothness::C2, Movable::Following);

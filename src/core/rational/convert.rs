@@ -4,17 +4,8 @@ use super::Rational;
 use crate::core::argument::Argument;
 use crate::core::basis::Basis;
 use crate::core::context::Context;
-use crate::core::convert::convert as homogeneous_convert;
+use crate::core::convert::{Converted, convert as homogeneous_convert};
 use crate::core::error::{Error, Locate};
-
-/// A rational curve in another basis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Converted<const D: usize, const H: usize> {
-    /// The same curve.
-    pub curve: Rational<D, H>,
-    /// As [`condition`](crate::core::convert::Converted::condition).
-    pub condition: f64,
-}
 
 /// Writes a rational curve in another basis, exactly: as
 /// [`convert`](crate::core::convert::convert), in homogeneous coordinates.
@@ -27,10 +18,10 @@ pub fn convert<const D: usize, const H: usize>(
     curve: &Rational<D, H>,
     to: Basis,
     order: Option<usize>,
-) -> Result<Converted<D, H>, Error> {
+) -> Result<Converted<Rational<D, H>, D>, Error> {
     let lifted = curve.homogeneous(context).at(Argument::Curve)?;
     let found = homogeneous_convert(context, &lifted.curve, to, order)?;
     let curve =
         lifted.back(context, &found.curve).map_err(|error| error.fault.at(Argument::Basis))?;
-    Ok(Converted { curve, condition: found.condition })
+    Ok(Converted { curve, condition: found.condition, construction: Vec::new() })
 }

@@ -6,11 +6,11 @@ use crate::core::bezier_form::binomials;
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate};
 use crate::core::evaluate::{
-    Frames, Quantities, Samples, Sampling, check, check_size, frames, jets, parameters,
+    Frames, Quantities, Samples, Sampling, check, check_size, frames, jets, parameters, roundings,
 };
 use crate::core::homogeneous::{self, numerator, weight};
 use crate::core::local::placed;
-use crate::core::point::{Point, magnitude};
+use crate::core::point::Point;
 
 /// Samples a rational curve: as [`evaluate`](crate::core::evaluate::evaluate), and each derivative
 /// by the quotient rule from those in homogeneous coordinates.
@@ -39,22 +39,16 @@ pub fn evaluate<const D: usize, const H: usize>(
     }
     let jets = projected::<D, H>(context, &lifted)?;
     // Rounding errors of the homogeneous derivatives, led through the quotient rule.
-    let gains = [composite.gains(1), composite.gains(2)];
-    let mut segment = 0;
-    let mut size = magnitude(composite.local(0).points);
+    let mut roundings = roundings(&composite);
     let rounding = |index: usize| {
-        let next = composite.breaks().segment_near(segment, parameters[index]);
-        if next != segment {
-            (segment, size) = (next, magnitude(composite.local(next).points));
-        }
-        let of = |k: usize| 8.0 * f64::EPSILON * size * gains[k][segment];
+        let of = roundings(parameters[index]);
         let (w, reach) = (weight(lifted[0][index]), 1.0 + jets[0][index].max_abs());
-        let first = of(0) * reach / w;
+        let first = of[0] * reach / w;
         let [slope, speed] = match lifted.get(1) {
             Some(list) => [weight(list[index]).abs(), jets[1][index].max_abs()],
             None => [0.0; 2],
         };
-        [first, (of(1) * reach + 2.0 * (slope * first + of(0) * speed)) / w]
+        [first, (of[1] * reach + 2.0 * (slope * first + of[0] * speed)) / w]
     };
     let frames = frames(context, &jets, quantities, rounding)?;
     let mut jets = jets;

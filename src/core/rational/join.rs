@@ -3,24 +3,13 @@
 use super::{AnyCurve, continuity};
 use crate::core::argument::Argument;
 use crate::core::context::Context;
-use crate::core::continuity::{Report, Tolerance};
+use crate::core::continuity::Tolerance;
 use crate::core::curve::{Curve, Piecewise, Single};
 use crate::core::error::Error;
 use crate::core::fault::Fault;
-use crate::core::join::{Movable, join_weighted};
+use crate::core::join::{Joined, Movable, join_weighted};
 use crate::core::smoothness::Smoothness;
 use crate::core::weights::Weights;
-
-/// Rational curves joined.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Joined<const D: usize, const H: usize> {
-    /// The piecewise curve.
-    pub curve: AnyCurve<D, H>,
-    /// As [`moved`](crate::core::join::Joined::moved).
-    pub moved: Vec<Vec<f64>>,
-    /// The continuity reached, measured on the curve.
-    pub continuity: Report,
-}
 
 /// Joins curves of which some have weights: as [`join`](crate::core::join::join). Control points
 /// move, weights do not, but for one factor of each curve, which makes neighbours agree at their
@@ -33,7 +22,7 @@ pub fn join<const D: usize, const H: usize>(
     curves: Vec<(Single<D>, Option<Weights>)>,
     smoothness: Smoothness,
     movable: Movable,
-) -> Result<Joined<D, H>, Error> {
+) -> Result<Joined<AnyCurve<D, H>>, Error> {
     let (singles, weights) = with_common_weights(curves);
     let shared = shared(&singles, &weights);
     // Before anything is computed with them.

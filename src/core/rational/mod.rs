@@ -14,13 +14,13 @@ mod subdivide;
 mod to_bspline;
 
 pub use continuity::{continuity, end_to_end};
-pub use convert::{Converted, convert};
+pub use convert::convert;
 pub use evaluate::{evaluate, polyline};
 pub(crate) use jets::Jets;
-pub use join::{Joined, join};
-pub use reshape::{PLACES, Reshaped, reshape};
-pub use subdivide::{Subdivision, subdivide};
-pub use to_bspline::{Conversion, to_bspline};
+pub use join::join;
+pub use reshape::{PLACES, reshape};
+pub use subdivide::subdivide;
+pub use to_bspline::to_bspline;
 
 use super::argument::Argument;
 use super::context::Context;

@@ -3,26 +3,12 @@
 use super::{AnyCurve, Jets, Rational, continuity};
 use crate::core::argument::Argument;
 use crate::core::context::Context;
-use crate::core::continuity::{Joint, Report, Tolerance};
+use crate::core::continuity::{Joint, Tolerance};
 use crate::core::curve::{Bases, Curve, Piecewise};
 use crate::core::error::{Error, Locate};
 use crate::core::joint_rows::{Side, rational_row};
-use crate::core::reshape::{Kept, mend, reshape as polynomial_reshape};
+use crate::core::reshape::{Kept, Reshaped, mend, reshape as polynomial_reshape};
 use crate::core::smoothness::Smoothness;
-
-/// A rational curve with new shape parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Reshaped<const D: usize, const H: usize> {
-    /// The curve.
-    pub curve: Rational<D, H>,
-    /// Its continuity, measured on the curve.
-    pub continuity: Report,
-    /// The largest distance between the old and the new curve at equal fractions of their domains,
-    /// of [`PLACES`] in each segment.
-    pub curve_moved: f64,
-    /// The largest distance that a control point moved.
-    pub points_moved: f64,
-}
 
 /// Places of a segment at which the old and the new curve are compared.
 pub const PLACES: usize = 128;
@@ -38,7 +24,7 @@ pub fn reshape<const D: usize, const H: usize>(
     curve: &Rational<D, H>,
     bases: Bases,
     keep: Smoothness,
-) -> Result<Reshaped<D, H>, Error> {
+) -> Result<Reshaped<Rational<D, H>>, Error> {
     let new = if keep == Smoothness::C2 {
         let lifted = curve.homogeneous(context).at(Argument::Curve)?;
         let found = polynomial_reshape(context, &lifted.curve, bases, keep)?;

@@ -8,22 +8,7 @@ use crate::core::error::{Error, Locate};
 use crate::core::homogeneous;
 use crate::core::local::placed;
 use crate::core::point::Point;
-use crate::core::subdivide::{Cuts, Form, subdivide_by};
-
-/// A rational curve cut into pieces.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Subdivision<const D: usize, const H: usize> {
-    /// The pieces, over the domain of the input: equal to the input at every parameter.
-    pub curve: Rational<D, H>,
-    /// The parameters of the cuts.
-    pub split_parameters: Vec<f64>,
-    /// The points there.
-    pub split_points: Vec<Point<D>>,
-    /// Whether the pieces are in their own family.
-    pub in_family: bool,
-    /// As [`condition`](crate::core::subdivide::Subdivision::condition).
-    pub condition: f64,
-}
+use crate::core::subdivide::{Cuts, Form, Subdivision, subdivide_by};
 
 /// Cuts a rational curve: as [`subdivide`](crate::core::subdivide::subdivide). Where a weight would
 /// not be positive in the curve's own family, the form `auto` gives Bezier pieces.
@@ -36,7 +21,7 @@ pub fn subdivide<const D: usize, const H: usize>(
     curve: &Rational<D, H>,
     cuts: &Cuts,
     form: Form,
-) -> Result<Subdivision<D, H>, Error> {
+) -> Result<Subdivision<Rational<D, H>, D>, Error> {
     let lifted = curve.homogeneous(context).at(Argument::Curve)?;
     let found = subdivide_by(context, &lifted.curve, cuts, form, &lifted.metric())?;
     let curve_found = match lifted.back(context, &Curve::Piecewise(found.curve)) {

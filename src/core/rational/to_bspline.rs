@@ -7,21 +7,7 @@ use crate::core::curve::{Composite, Curve};
 use crate::core::error::{Error, Locate};
 use crate::core::homogeneous::{projected, weight};
 use crate::core::point::{Point, larger};
-use crate::core::to_bspline::{FormerJoint, KnotStyle, to_bspline as homogeneous_to_bspline};
-
-/// A rational curve as a NURBS curve.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Conversion<const D: usize, const H: usize> {
-    /// The same curve over the same domain: a B-spline with weights.
-    pub curve: Rational<D, H>,
-    /// Each former joint, with the continuity of the homogeneous curve; for a closed curve the last
-    /// is the seam.
-    pub joints: Vec<FormerJoint>,
-    /// How far apart the two curves can be at equal parameters: a bound, measured on the result.
-    pub deviation: f64,
-    /// The relative tolerance used to measure continuity.
-    pub tolerance: f64,
-}
+use crate::core::to_bspline::{Conversion, KnotStyle, to_bspline as homogeneous_to_bspline};
 
 /// Converts a rational curve: as [`to_bspline`](crate::core::to_bspline::to_bspline), in homogeneous
 /// coordinates. So a joint keeps the knots that the homogeneous curve needs there, which may be more
@@ -35,7 +21,7 @@ pub fn to_bspline<const D: usize, const H: usize>(
     curve: &Rational<D, H>,
     style: KnotStyle,
     tolerance: f64,
-) -> Result<Conversion<D, H>, Error> {
+) -> Result<Conversion<Rational<D, H>>, Error> {
     let lifted = curve.homogeneous(context).at(Argument::Curve)?;
     let found = homogeneous_to_bspline(context, &lifted.curve, style, tolerance)?;
     let converted = lifted

@@ -1,7 +1,7 @@
 //! Points, partial derivatives, normals and curvatures of a surface.
 
 use super::rational::project_partials;
-use super::{Direction, Patch, Rational, Shape, Surface};
+use super::{Direction, Patch, RationalPatch, Shape, Surface};
 use crate::core::argument::Argument;
 use crate::core::bezier_form::derivative_size;
 use crate::core::check::{at_least, at_most};
@@ -173,7 +173,7 @@ struct Partials {
 impl Partials {
     fn projected(
         context: &Context,
-        rational: &Rational,
+        rational: &RationalPatch,
         orders: usize,
         pairs: &[[f64; 2]],
     ) -> Result<Self, Error> {

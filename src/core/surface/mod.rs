@@ -9,7 +9,7 @@ mod tessellate;
 
 pub use evaluate::{Places, SurfaceQuantities, SurfaceSamples, check_orders, evaluate};
 pub use patch::{Direction, Patch};
-pub use rational::{Rational, Shape, net_weights};
+pub use rational::{RationalPatch, Shape, net_weights};
 pub use subdivide::{PatchPiece, Pieces, subdivide};
 pub use tessellate::{Mesh, tessellate};
 
@@ -140,7 +140,7 @@ impl Surface {
         let (origin, points) = localized(&self.points);
         let pairs = points.iter().zip(weights.as_slice());
         let lifted: Vec<_> = pairs.map(|(&p, w)| homogeneous::lifted(p, w * unit)).collect();
-        Shape::Rational(Rational { patch: self.patch(&lifted), origin, unit })
+        Shape::Rational(RationalPatch { patch: self.patch(&lifted), origin, unit })
     }
 
     /// The Bezier patch of a net: `Q = M_u P M_v^T`.

@@ -17,7 +17,7 @@ pub enum Shape {
     /// Without weights.
     Polynomial(Patch<3>),
     /// With weights.
-    Rational(Rational),
+    Rational(RationalPatch),
 }
 
 impl Shape {
@@ -50,14 +50,14 @@ impl Shape {
 
 /// A rational Bezier patch with positive weights.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rational {
+pub struct RationalPatch {
     /// Homogeneous points, relative to the origin; every weight in it is this much larger.
     pub(super) patch: Patch<4>,
     pub(super) origin: Point<3>,
     pub(super) unit: f64,
 }
 
-impl Rational {
+impl RationalPatch {
     pub(super) fn has_positive_weights(&self) -> bool {
         self.patch.rows().flatten().all(|&h| weight(h) > 0.0)
     }

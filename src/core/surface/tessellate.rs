@@ -1,7 +1,7 @@
 //! Triangles close to a surface.
 
 use super::evaluate::spread;
-use super::{Direction, Patch, Rational, Shape, Surface};
+use super::{Direction, Patch, RationalPatch, Shape, Surface};
 use crate::core::argument::Argument;
 use crate::core::context::Context;
 use crate::core::error::{Error, Locate};
@@ -161,7 +161,7 @@ fn bend(points: &[Point<3>]) -> f64 {
 /// the weights make the surface run fast.
 fn lines(
     context: &Context,
-    rational: &Rational,
+    rational: &RationalPatch,
     tolerance: f64,
 ) -> Result<([Vec<f64>; 2], f64), Error> {
     let mut lines = rational.patch.domain().map(|(a, b)| vec![a, b]);

@@ -48,10 +48,11 @@ pub struct FormerJoint {
 
 /// A curve as a B-spline.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Conversion<const D: usize> {
+pub struct Conversion<C> {
     /// The same curve over the same domain.
-    pub curve: BSpline<D>,
-    /// Each former joint; for a closed curve the last is the seam.
+    pub curve: C,
+    /// Each former joint, with the continuity of a rational curve measured in homogeneous
+    /// coordinates; for a closed curve the last is the seam.
     pub joints: Vec<FormerJoint>,
     /// How far apart the two curves can be at equal parameters: a bound, measured on the result.
     pub deviation: f64,
@@ -106,7 +107,7 @@ pub fn to_bspline<const D: usize>(
     curve: &Curve<D>,
     style: KnotStyle,
     tolerance: f64,
-) -> Result<Conversion<D>, Error> {
+) -> Result<Conversion<BSpline<D>>, Error> {
     check_tolerance(tolerance).at(Argument::Tolerance)?;
     if style == KnotStyle::Periodic && !curve.closed() {
         return Err(unsuitable(

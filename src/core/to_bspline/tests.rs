@@ -13,7 +13,7 @@ fn pieces(order: usize, joints: &[f64], points: &[[f64; 2]]) -> Curve<2> {
     Curve::Piecewise(Piecewise::new(&context, bases, order, breaks, false, points).unwrap())
 }
 
-fn converted(curve: &Curve<2>, style: KnotStyle) -> Conversion<2> {
+fn converted(curve: &Curve<2>, style: KnotStyle) -> Conversion<BSpline<2>> {
     to_bspline(&Context::default(), curve, style, TOLERANCE).unwrap()
 }
 
